@@ -1,0 +1,109 @@
+#pragma once
+
+#include <farfield/core/ids.hpp>
+#include <farfield/core/result.hpp>
+#include <farfield/math/box3.hpp>
+#include <farfield/math/plane.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace farfield {
+
+/// What a builder needs to know of an object; object i of the span is `ItemId` i.
+struct Object {
+    Box3d bounds;                 ///< world [m], finite, not empty
+    std::uint64_t primitives = 1; ///< triangles it costs to draw
+    bool splittable = false;      ///< its primitives may go to several leaves
+};
+
+/// World box of primitive `primitive` of object `object`. Called only for splittable objects, in
+/// any order.
+using PrimitiveBounds = std::function<Box3d(std::uint32_t object, std::uint32_t primitive)>;
+
+/// A run of primitives of one split item: `count` entries of `Hierarchy::primitives` from `first`.
+struct Piece {
+    ItemId item = kNone<ItemId>;
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+
+    friend bool operator==(const Piece&, const Piece&) = default;
+};
+
+/// Node of a `Hierarchy`. The arrays are laid out depth-first, so what lies under a node, at any
+/// level, is one range of `items` and one of `pieces`.
+struct HierarchyNode {
+    std::uint32_t first_child = 0;      ///< children are first_child and first_child + 1; 0: a leaf
+    std::uint32_t parent = 0;           ///< 0 for the root, which is node 0
+    std::uint32_t first_item = 0;       ///< into `Hierarchy::items`
+    std::uint32_t item_count = 0;       ///< of the whole subtree
+    std::uint32_t first_piece = 0;      ///< into `Hierarchy::pieces`
+    std::uint32_t piece_count = 0;      ///< of the whole subtree
+    std::uint64_t item_primitives = 0;  ///< primitives of the whole items, instances counted
+    std::uint64_t piece_primitives = 0; ///< primitives of the pieces
+    Plane plane;      ///< interior: separates child 0 (behind it) from child 1 (in front of it)
+    Box3f items_box;  ///< around the whole items of the subtree; empty when there are none
+    Box3f pieces_box; ///< around the pieces of the subtree; empty when there are none
+};
+
+/// Binary space partition of objects: flat arrays, plain data. Every float is relative to `origin`.
+///
+/// Each whole item lies in exactly one leaf; each primitive of a split item lies in exactly one
+/// leaf. Back to front from an eye: at every interior node first the child on the far side of
+/// `plane`. That order is exact for contents inside their cells; items that a plane had to cut
+/// (`quality.cut_items`) may stick out of theirs.
+struct Hierarchy {
+    glm::dvec3 origin{0.0};
+    std::vector<HierarchyNode> nodes;      ///< node 0 is the root; never empty
+    std::vector<ItemId> items;             ///< whole items, leaf by leaf
+    std::vector<Piece> pieces;             ///< parts of split items, leaf by leaf
+    /// Primitive numbers of the split items, piece by piece and without gaps: the first piece starts
+    /// at 0 and each at the end of the one before, so neighbouring pieces of one item are one run.
+    std::vector<std::uint32_t> primitives;
+    /// How far split surfaces reach beyond their cell in images, to hide cracks: a fraction of the
+    /// cell's extent, half on each side. [0, 1]
+    float inflation = 0.0F;
+
+    /// What the builder achieved.
+    struct Quality {
+        std::uint32_t depth = 0; ///< longest way from the root to a leaf; 0 for a lone root
+        std::uint32_t leaves = 0;
+        std::uint32_t cut_items = 0;     ///< items whose box crosses a plane above their leaf
+        std::uint64_t split_objects = 0; ///< objects whose primitives lie in more than one leaf
+    } quality;
+};
+
+/// True when a node has no children.
+[[nodiscard]] inline bool is_leaf(const HierarchyNode& node) noexcept {
+    return node.first_child == 0;
+}
+
+/// Box around everything under a node. May be empty at the root of an empty hierarchy only.
+[[nodiscard]] inline Box3f bounds(const HierarchyNode& node) noexcept {
+    return unite(node.items_box, node.pieces_box);
+}
+
+/// Everything under a node [primitives].
+[[nodiscard]] inline std::uint64_t primitive_count(const HierarchyNode& node) noexcept {
+    return node.item_primitives + node.piece_primitives;
+}
+
+/// The child (0 or 1) to draw first for an eye in the hierarchy's frame. An eye on the plane sees
+/// neither child before the other; child 0 is first then.
+[[nodiscard]] inline unsigned far_child(const HierarchyNode& node, const glm::vec3& eye) noexcept {
+    return signed_distance(node.plane, eye) < 0.0F ? 1U : 0U;
+}
+
+/// Bytes held by the arrays.
+[[nodiscard]] std::uint64_t memory_bytes(const Hierarchy& hierarchy) noexcept;
+
+/// Checks all that a technique relies on: child and parent links, depth-first ranges that nest,
+/// every item and primitive in exactly one leaf, boxes that hold those of the children. For
+/// hierarchies that did not come from one of our builders, and for tests.
+[[nodiscard]] Result<void> validate(const Hierarchy& hierarchy);
+
+} // namespace farfield
