@@ -1,0 +1,101 @@
+#pragma once
+
+#include <farfield/core/ids.hpp>
+#include <farfield/image/region.hpp>
+#include <farfield/math/box3.hpp>
+#include <farfield/math/view.hpp>
+#include <farfield/partition/hierarchy.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+#include <vector>
+
+namespace farfield {
+
+/// A page to make or to drop before the passes run. Making one that exists replaces it; dropping
+/// one that does not exist does nothing. Pages are square, RGBA8, premultiplied alpha.
+struct PageUpdate {
+    enum class Action : std::uint8_t { create, destroy };
+    Action action = Action::create;
+    PageId page = kNone<PageId>;
+    std::int32_t size = 0;    ///< [texel] width and height
+    bool scratch = false;     ///< images are rendered in it, with depth, then copied to their page
+    std::int32_t samples = 1; ///< of a scratch page; copying resolves them
+};
+
+/// One image on a quadrilateral in space. The mapping is affine: corner `origin` shows the lower
+/// left corner of `source`, `origin + edge_u` the lower right one, `origin + edge_v` the upper left
+/// one.
+struct ImageQuad {
+    PageId page = kNone<PageId>;
+    Region source;          ///< texels of the page, transparent border included
+    glm::vec3 origin{0.0F}; ///< [m] relative to `FramePlan::origin`
+    glm::vec3 edge_u{0.0F}; ///< [m]
+    glm::vec3 edge_v{0.0F}; ///< [m]
+    /// Where the whole quad stands in depth: a distance along the view direction [m], at least the
+    /// near distance. It is the nearest depth of what the image shows, so a surface drawn before
+    /// hides the image only where it stands before all of it.
+    float depth = 0.0F;
+};
+
+/// What to draw next within a pass, in order.
+struct Command {
+    enum class Kind : std::uint8_t {
+        geometry, ///< items and pieces, depth tested and written
+        mask,     ///< the same into depth alone: hides what is drawn later, shows nothing
+        images,   ///< quads, blended (premultiplied over), bilinear, depth tested, not written
+    };
+    static constexpr std::uint32_t kNoClip = UINT32_MAX;
+
+    Kind kind = Kind::geometry;
+    std::uint32_t first = 0; ///< into `items`, or into `quads`
+    std::uint32_t count = 0;
+    std::uint32_t first_piece = 0; ///< into `pieces`; geometry and mask only
+    std::uint32_t piece_count = 0;
+    std::uint32_t clip = kNoClip; ///< into `clips`: draw only what is inside that box
+};
+
+/// Commands into one target through one view.
+struct Pass {
+    PageId page = kNone<PageId>; ///< scratch page, or none: the caller's frame
+    Region viewport;             ///< [px] of the target: what the view's window maps to
+    Region scissor;              ///< [px] of the target: cleared, and drawn to
+    View view;
+    std::uint32_t first_command = 0;
+    std::uint32_t command_count = 0;
+    /// Passes of one batch write disjoint regions; their copies are made when the batch is over,
+    /// before the next one begins. The final frame is a batch of its own, the last.
+    std::uint32_t batch = 0;
+    PageId copy_page = kNone<PageId>; ///< where the `copy_size` texels at `scissor` go, or none
+    Region copy;                      ///< [texel] of `copy_page`; the size is that of `scissor`
+};
+
+/// All that one frame needs, as plain data: executed, recorded, printed, compared, or handed to an
+/// engine's own renderer. Made by a technique's `plan()`.
+///
+/// Order: `pages` first, then `passes` as listed. Image passes clear their scissor to transparent
+/// black and depth to far; the frame pass, the last, clears as the target says. A pass never
+/// samples the page it writes, and every image it samples was copied in an earlier batch or plan.
+struct FramePlan {
+    /// Whose pages these are: plans of several caches may go to one backend, and page ids are per
+    /// cache.
+    std::uint32_t cache = 0;
+    glm::dvec3 origin{0.0}; ///< world position of the frame that floats are relative to
+    std::vector<PageUpdate> pages;
+    std::vector<Pass> passes;
+    std::vector<Command> commands;
+    std::vector<ItemId> items;
+    std::vector<Piece> pieces; ///< runs of `Hierarchy::primitives`
+    std::vector<ImageQuad> quads;
+    std::vector<Box3f> clips; ///< relative to `origin`
+};
+
+/// Empties a plan and keeps its storage.
+void clear(FramePlan& plan) noexcept;
+
+/// A 64-bit digest of all that a plan says; equal plans have equal digests on every machine with
+/// IEEE 754 arithmetic.
+[[nodiscard]] std::uint64_t digest(const FramePlan& plan) noexcept;
+
+} // namespace farfield

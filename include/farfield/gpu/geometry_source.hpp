@@ -1,0 +1,51 @@
+#pragma once
+
+#include <farfield/core/ids.hpp>
+#include <farfield/math/box3.hpp>
+#include <farfield/math/view.hpp>
+#include <farfield/partition/hierarchy.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <optional>
+#include <span>
+
+namespace farfield {
+
+/// What a geometry source is asked to draw.
+struct DrawList {
+    std::span<const ItemId> items; ///< whole items
+    std::span<const Piece> pieces; ///< runs of primitives of split items
+};
+
+/// Where and how a geometry source draws. Target, viewport, scissor, depth and blend state are set
+/// by the backend before the call; depth is reverse-z (nearer is greater), clip depth in [0, 1].
+struct PassContext {
+    const View& view;
+    glm::dvec3 origin{0.0};    ///< of `clip`
+    std::optional<Box3f> clip; ///< draw only what is inside, relative to `origin`
+    bool color = true;         ///< false: only depth is kept
+};
+
+/// Draws items. The engine may implement it with its own meshes and shaders; Farfield's own draw a
+/// `Scene`. One implementation per kind of backend, since its calls are those of the device.
+class GeometrySource {
+  public:
+    GeometrySource() = default;
+    GeometrySource(const GeometrySource&) = delete;
+    GeometrySource& operator=(const GeometrySource&) = delete;
+    virtual ~GeometrySource() = default;
+
+    /// What the source can do; a technique's options must ask for no more.
+    struct Capabilities {
+        bool subset = false;      ///< draws pieces
+        bool clip_planes = false; ///< honours `PassContext::clip`
+    };
+    [[nodiscard]] virtual Capabilities capabilities() const noexcept = 0;
+
+    /// Draws the list, each primitive once, in any order. May change every device state that
+    /// belongs to drawing; the backend sets its own again.
+    virtual void draw(const DrawList& list, const PassContext& context) noexcept = 0;
+};
+
+} // namespace farfield

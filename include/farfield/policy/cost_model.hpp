@@ -1,0 +1,39 @@
+#pragma once
+
+#include <farfield/core/result.hpp>
+
+#include <cstdint>
+
+namespace farfield {
+
+/// What drawing costs, in seconds of one device. Data, never a clock: plans made with one model are
+/// the same everywhere. `gpu::calibrate` measures one.
+/// @par Source Shade et al. 1996, section 2: costs are "established experimentally on each platform
+/// and are given as input"
+struct CostModel {
+    double triangle_s = 1.2e-7;   ///< one triangle, transformed and rasterised
+    double draw_call_s = 1.0e-5;  ///< one item or run of primitives, apart from its triangles
+    double image_quad_s = 1.5e-5; ///< one image of ordinary size, blended
+    double pass_s = 3.0e-5;  ///< beginning an image: state, clear and copy, apart from its texels
+    double texel_s = 1.0e-8; ///< one texel of an image being made, clear and copy included
+
+    friend bool operator==(const CostModel&, const CostModel&) = default;
+};
+
+/// Checks that every cost is finite and not negative, and that triangles cost something.
+[[nodiscard]] Result<void> validate(const CostModel& model);
+
+/// Drawing `draws` items with `primitives` triangles in all. [s]
+[[nodiscard]] constexpr double
+geometry_cost(const CostModel& model, std::uint64_t primitives, std::uint64_t draws) noexcept {
+    return model.triangle_s * static_cast<double>(primitives) +
+           model.draw_call_s * static_cast<double>(draws);
+}
+
+/// Making an image of `texels` texels whose contents cost `contents_s` to draw. [s]
+[[nodiscard]] constexpr double
+creation_cost(const CostModel& model, double contents_s, std::uint64_t texels) noexcept {
+    return contents_s + model.pass_s + model.texel_s * static_cast<double>(texels);
+}
+
+} // namespace farfield

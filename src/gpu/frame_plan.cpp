@@ -1,0 +1,134 @@
+#include <farfield/gpu/frame_plan.hpp>
+
+#include <bit>
+
+namespace farfield {
+
+namespace {
+
+/// FNV-1a over 64-bit words: quick, and good enough to tell plans apart.
+class Digest {
+  public:
+    void add(std::uint64_t word) noexcept {
+        constexpr std::uint64_t kPrime = 1099511628211ULL;
+        for (int byte = 0; byte < 8; ++byte) {
+            state_ = (state_ ^ ((word >> (8 * byte)) & 0xFFU)) * kPrime;
+        }
+    }
+    void add(double value) noexcept { add(std::bit_cast<std::uint64_t>(value)); }
+    void add(float value) noexcept { add(std::uint64_t{std::bit_cast<std::uint32_t>(value)}); }
+    void add(std::int32_t value) noexcept { add(std::uint64_t{static_cast<std::uint32_t>(value)}); }
+    void add(std::uint32_t value) noexcept { add(std::uint64_t{value}); }
+    void add(bool value) noexcept { add(std::uint64_t{value ? 1U : 0U}); }
+    template <typename Id>
+    requires std::is_enum_v<Id>
+    void add(Id id) noexcept { add(static_cast<std::uint64_t>(id)); }
+    void add(const glm::vec3& v) noexcept {
+        add(v.x);
+        add(v.y);
+        add(v.z);
+    }
+    void add(const glm::dvec3& v) noexcept {
+        add(v.x);
+        add(v.y);
+        add(v.z);
+    }
+    void add(const Region& region) noexcept {
+        add(region.x);
+        add(region.y);
+        add(region.width);
+        add(region.height);
+    }
+    void add(const View& view) noexcept {
+        add(view.eye);
+        for (int column = 0; column < 3; ++column) {
+            add(view.camera_to_world[column]);
+        }
+        add(view.lens.left);
+        add(view.lens.right);
+        add(view.lens.bottom);
+        add(view.lens.top);
+        add(view.lens.near_distance);
+        add(view.lens.far_distance);
+        add(view.width);
+        add(view.height);
+    }
+    [[nodiscard]] std::uint64_t value() const noexcept { return state_; }
+
+  private:
+    std::uint64_t state_ = 14695981039346656037ULL;
+};
+
+} // namespace
+
+void clear(FramePlan& plan) noexcept {
+    plan.pages.clear();
+    plan.passes.clear();
+    plan.commands.clear();
+    plan.items.clear();
+    plan.pieces.clear();
+    plan.quads.clear();
+    plan.clips.clear();
+}
+
+std::uint64_t digest(const FramePlan& plan) noexcept {
+    Digest digest;
+    digest.add(plan.cache);
+    digest.add(plan.origin);
+    digest.add(std::uint64_t{plan.pages.size()});
+    for (const PageUpdate& update : plan.pages) {
+        digest.add(update.action);
+        digest.add(update.page);
+        digest.add(update.size);
+        digest.add(update.scratch);
+        digest.add(update.samples);
+    }
+    digest.add(std::uint64_t{plan.passes.size()});
+    for (const Pass& pass : plan.passes) {
+        digest.add(pass.page);
+        digest.add(pass.viewport);
+        digest.add(pass.scissor);
+        digest.add(pass.view);
+        digest.add(pass.first_command);
+        digest.add(pass.command_count);
+        digest.add(pass.batch);
+        digest.add(pass.copy_page);
+        digest.add(pass.copy);
+    }
+    digest.add(std::uint64_t{plan.commands.size()});
+    for (const Command& command : plan.commands) {
+        digest.add(command.kind);
+        digest.add(command.first);
+        digest.add(command.count);
+        digest.add(command.first_piece);
+        digest.add(command.piece_count);
+        digest.add(command.clip);
+    }
+    digest.add(std::uint64_t{plan.items.size()});
+    for (const ItemId item : plan.items) {
+        digest.add(item);
+    }
+    digest.add(std::uint64_t{plan.pieces.size()});
+    for (const Piece& piece : plan.pieces) {
+        digest.add(piece.item);
+        digest.add(piece.first);
+        digest.add(piece.count);
+    }
+    digest.add(std::uint64_t{plan.quads.size()});
+    for (const ImageQuad& quad : plan.quads) {
+        digest.add(quad.page);
+        digest.add(quad.source);
+        digest.add(quad.origin);
+        digest.add(quad.edge_u);
+        digest.add(quad.edge_v);
+        digest.add(quad.depth);
+    }
+    digest.add(std::uint64_t{plan.clips.size()});
+    for (const Box3f& box : plan.clips) {
+        digest.add(box.lo);
+        digest.add(box.hi);
+    }
+    return digest.value();
+}
+
+} // namespace farfield

@@ -1,0 +1,33 @@
+#include <farfield/policy/cost_model.hpp>
+
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace farfield {
+
+Result<void> validate(const CostModel& model) {
+    const std::pair<const char*, double> costs[] = {
+        {"triangle_s", model.triangle_s},
+        {"draw_call_s", model.draw_call_s},
+        {"image_quad_s", model.image_quad_s},
+        {"pass_s", model.pass_s},
+        {"texel_s", model.texel_s}};
+    for (const auto& [name, value] : costs) {
+        if (!std::isfinite(value) || value < 0.0) {
+            return fail(
+                ErrorCode::invalid_argument,
+                std::string("cost model: ") + name + " is " + std::to_string(value) +
+                    ", expected a finite value of at least 0 seconds"
+            );
+        }
+    }
+    if (model.triangle_s == 0.0) {
+        return fail(
+            ErrorCode::invalid_argument, "cost model: triangle_s is 0, expected more than 0 seconds"
+        );
+    }
+    return {};
+}
+
+} // namespace farfield
