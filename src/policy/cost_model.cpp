@@ -11,6 +11,7 @@ Result<void> validate(const CostModel& model) {
         {"triangle_s", model.triangle_s},
         {"draw_call_s", model.draw_call_s},
         {"image_quad_s", model.image_quad_s},
+        {"image_pixel_s", model.image_pixel_s},
         {"pass_s", model.pass_s},
         {"texel_s", model.texel_s}};
     for (const auto& [name, value] : costs) {

@@ -11,11 +11,12 @@ namespace farfield {
 /// @par Source Shade et al. 1996, section 2: costs are "established experimentally on each platform
 /// and are given as input"
 struct CostModel {
-    double triangle_s = 1.2e-7;   ///< one triangle, transformed and rasterised
-    double draw_call_s = 1.0e-5;  ///< one item or run of primitives, apart from its triangles
-    double image_quad_s = 1.5e-5; ///< one image of ordinary size, blended
-    double pass_s = 3.0e-5;  ///< beginning an image: state, clear and copy, apart from its texels
-    double texel_s = 1.0e-8; ///< one texel of an image being made, clear and copy included
+    double triangle_s = 1.2e-7;    ///< one triangle, transformed and rasterised
+    double draw_call_s = 1.0e-5;   ///< one item or run of primitives, apart from its triangles
+    double image_quad_s = 5.0e-6;  ///< one image drawn, apart from its pixels
+    double image_pixel_s = 4.0e-9; ///< one pixel of an image drawn, filtered and blended
+    double pass_s = 5.0e-5;        ///< one image made: state and copy, apart from its texels
+    double texel_s = 1.0e-8;       ///< one texel of an image made, clear and copy included
 
     friend bool operator==(const CostModel&, const CostModel&) = default;
 };
@@ -28,6 +29,11 @@ struct CostModel {
 geometry_cost(const CostModel& model, std::uint64_t primitives, std::uint64_t draws) noexcept {
     return model.triangle_s * static_cast<double>(primitives) +
            model.draw_call_s * static_cast<double>(draws);
+}
+
+/// Drawing one image that covers `pixels` pixels. [s]
+[[nodiscard]] constexpr double image_cost(const CostModel& model, double pixels) noexcept {
+    return model.image_quad_s + model.image_pixel_s * pixels;
 }
 
 /// Making an image of `texels` texels whose contents cost `contents_s` to draw. [s]

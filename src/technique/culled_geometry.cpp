@@ -1,0 +1,98 @@
+#include "technique/geometry_pass.hpp"
+#include <farfield/technique/culled_geometry.hpp>
+
+namespace farfield {
+
+namespace {
+
+/// One walk over the hierarchy for both kinds of contents.
+struct GeometryWalk {
+    const Hierarchy& hierarchy;
+    const Frustum& frustum;
+    glm::vec3 eye;
+    GeometryOrder order;
+    bool with_items;
+    PlanWriter& writer;
+
+    void visit(std::uint32_t index) noexcept {
+        const HierarchyNode& node = hierarchy.nodes[index];
+        const Overlap items = with_items && node.item_count > 0 ? classify(frustum, node.items_box)
+                                                                : Overlap::outside;
+        const Overlap pieces =
+            node.piece_count > 0 ? classify(frustum, node.pieces_box) : Overlap::outside;
+        const bool seen = items != Overlap::outside || pieces != Overlap::outside;
+        if (!seen) {
+            return;
+        }
+        // Below a node that is seen as a whole there is nothing to cull; only order may ask for
+        // more.
+        const bool whole = items != Overlap::partial && pieces != Overlap::partial;
+        if (is_leaf(node) || (whole && order == GeometryOrder::stored)) {
+            if (items != Overlap::outside) {
+                writer.items(node.first_item, node.item_count);
+            }
+            if (pieces != Overlap::outside) {
+                writer.pieces(
+                    Command::Kind::geometry, node.first_piece, node.piece_count, Command::kNoClip
+                );
+            }
+            return;
+        }
+        const unsigned first =
+            order == GeometryOrder::front_to_back ? 1U - far_child(node, eye) : 0U;
+        visit(node.first_child + first);
+        visit(node.first_child + 1U - first);
+    }
+};
+
+} // namespace
+
+Pass frame_pass(const View& view, std::uint32_t batch) noexcept {
+    Pass pass;
+    pass.viewport = {0, 0, view.width, view.height};
+    pass.scissor = pass.viewport;
+    pass.view = view;
+    pass.batch = batch;
+    return pass;
+}
+
+void write_geometry(
+    const Hierarchy& hierarchy,
+    const Frustum& frustum,
+    const glm::vec3& eye,
+    GeometryOrder order,
+    PlanWriter& writer
+) noexcept {
+    GeometryWalk{hierarchy, frustum, eye, order, true, writer}.visit(0);
+}
+
+void write_surfaces(
+    const Hierarchy& hierarchy,
+    const Frustum& frustum,
+    const glm::vec3& eye,
+    GeometryOrder order,
+    PlanWriter& writer
+) noexcept {
+    GeometryWalk{hierarchy, frustum, eye, order, false, writer}.visit(0);
+}
+
+CulledGeometry::CulledGeometry(const Hierarchy& hierarchy, GeometryOrder order)
+    : hierarchy_(&hierarchy), order_(order) {}
+
+const FramePlan& CulledGeometry::plan(const View& view) noexcept {
+    clear(plan_);
+    plan_.origin = hierarchy_->origin;
+    PlanWriter writer(plan_, *hierarchy_);
+    writer.open();
+    write_geometry(
+        *hierarchy_,
+        make_frustum(view, hierarchy_->origin),
+        local_point(view.eye, hierarchy_->origin),
+        order_,
+        writer
+    );
+    writer.close(frame_pass(view, 0));
+    return plan_;
+}
+
+} // namespace farfield

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "technique/plan_writer.hpp"
+#include <farfield/math/frustum.hpp>
+#include <farfield/technique/culled_geometry.hpp>
+
+#include <glm/vec3.hpp>
+
+namespace farfield {
+
+/// The pass that draws the caller's frame.
+[[nodiscard]] Pass frame_pass(const View& view, std::uint32_t batch) noexcept;
+
+/// Commands for everything in the frustum: the baseline, shared with the frames of other techniques
+/// in which no image is shown.
+/// @param eye relative to the hierarchy's origin
+void write_geometry(
+    const Hierarchy& hierarchy,
+    const Frustum& frustum,
+    const glm::vec3& eye,
+    GeometryOrder order,
+    PlanWriter& writer
+) noexcept;
+
+/// Commands for the split surfaces in the frustum alone.
+void write_surfaces(
+    const Hierarchy& hierarchy,
+    const Frustum& frustum,
+    const glm::vec3& eye,
+    GeometryOrder order,
+    PlanWriter& writer
+) noexcept;
+
+} // namespace farfield
