@@ -1,0 +1,455 @@
+// Walks through a scene with one technique, and reports speed and error. All that measures is in
+// farfield::eval; this program turns options into a run.
+#include "scenes/scene_catalog.hpp"
+#include <farfield/eval/camera_path.hpp>
+#include <farfield/eval/image_errors.hpp>
+#include <farfield/eval/run_report.hpp>
+#include <farfield/eval/walk.hpp>
+#include <farfield/io/png.hpp>
+#include <farfield/io/scene_file.hpp>
+#include <farfield/opengl/context.hpp>
+#include <farfield/opengl/opengl_backend.hpp>
+#include <farfield/opengl/scene_source.hpp>
+#include <farfield/partition/bsp.hpp>
+#include <farfield/technique/image_cache.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <malloc.h>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <unistd.h>
+#include <utility>
+#include <vector>
+
+namespace {
+
+using namespace farfield;
+
+struct Options {
+    std::string scene = "island";
+    std::map<std::string, double, std::less<>> scene_values;
+    std::string technique = "image-cache";
+    std::string preset = "shade1996";
+    ImageCacheOptions cache;
+    std::uint64_t budget_mib = 64;
+    std::string size;
+    std::optional<double> fov_deg;
+    std::string path;
+    std::optional<double> step_m;
+    std::string up;
+    std::optional<int> frames;
+    std::optional<int> whole_path;
+    WalkOptions walk;
+    partition::BspOptions bsp;
+    std::string json;
+    std::string out;
+    bool overlay = false;
+};
+
+/// What is walked through, from the catalogue or from a file.
+struct World {
+    Scene scene;
+    CameraPath path;
+    double fov_deg = 60.0;
+    int width = 640;
+    int height = 480;
+};
+
+double milliseconds_since(std::chrono::steady_clock::time_point begin) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+        .count();
+}
+
+Result<World> load_world(const Options& options) {
+    World world;
+    const auto catalog = scenes::scene_catalog();
+    const bool known = std::any_of(catalog.begin(), catalog.end(), [&](const auto& entry) {
+        return entry.name == options.scene;
+    });
+    if (known) {
+        auto made = scenes::make_scene(options.scene, options.scene_values);
+        if (!made) {
+            return tl::unexpected(made.error());
+        }
+        world.scene = std::move(made->scene);
+        world.path = std::move(made->path);
+        world.fov_deg = made->fov_deg;
+        world.width = made->width;
+        world.height = made->height;
+    } else {
+        io::LoadOptions load;
+        load.up = options.up == "z" ? io::UpAxis::z : io::UpAxis::y;
+        auto loaded = io::load_scene(options.scene, load);
+        if (!loaded) {
+            return tl::unexpected(loaded.error());
+        }
+        for (const std::string& warning : loaded->warnings) {
+            std::fprintf(stderr, "warning: %s\n", warning.c_str());
+        }
+        world.scene = std::move(loaded->scene);
+    }
+    if (!options.path.empty()) {
+        auto path = eval::load_camera_path(options.path);
+        if (!path) {
+            return tl::unexpected(path.error());
+        }
+        world.path = std::move(*path);
+    } else if (!known) {
+        const Box3d box = scene_bounds(world.scene);
+        const bool height_field = std::filesystem::path(options.scene).extension() == ".png";
+        auto path = height_field ? eval::height_field_path(box)
+                                 : eval::default_path(
+                                       box,
+                                       {.frames = std::max(options.frames.value_or(1200), 2),
+                                        .step_m = options.step_m,
+                                        .up = world.scene.up}
+                                   );
+        if (!path) {
+            return tl::unexpected(path.error());
+        }
+        world.path = std::move(*path);
+    }
+    if (options.fov_deg) {
+        world.fov_deg = *options.fov_deg;
+    }
+    if (!options.size.empty()) {
+        int width = 0;
+        int height = 0;
+        int read = 0;
+        if (std::sscanf(options.size.c_str(), "%dx%d%n", &width, &height, &read) != 2 ||
+            static_cast<std::size_t>(read) != options.size.size()) {
+            return fail(
+                ErrorCode::invalid_argument,
+                "--size is '" + options.size + "', expected WIDTHxHEIGHT, as 640x480"
+            );
+        }
+        world.width = width;
+        world.height = height;
+    }
+    return world;
+}
+
+View make_view(const World& world, const CameraPose& pose, double scene_radius) {
+    // Reverse-z in float keeps its precision over any range; the near plane only has to stay off
+    // what the eye may touch.
+    const double near_distance = scene_radius * 1e-4;
+    const double far_distance = scene_radius * 16.0;
+    const Lens lens = perspective_lens(
+        world.fov_deg * std::numbers::pi / 180.0,
+        static_cast<double>(world.width) / static_cast<double>(world.height),
+        near_distance,
+        far_distance
+    );
+    return look_at(pose.eye, pose.target, pose.up, lens, world.width, world.height);
+}
+
+Result<Hierarchy> build_hierarchy(const Scene& scene, partition::BspOptions options) {
+    options.up = scene.up;
+    std::vector<Object> objects;
+    objects.reserve(scene.instances.size());
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const Mesh& mesh = scene.meshes[index_of(scene.instances[i].mesh)];
+        objects.push_back(
+            {.bounds = item_bounds(scene, make_id<ItemId>(i)),
+             .primitives = primitive_count(mesh),
+             .splittable = mesh.splittable}
+        );
+    }
+    return partition::build_bsp(
+        objects,
+        options,
+        [&](std::uint32_t object, std::uint32_t primitive) {
+            const Instance& instance = scene.instances[object];
+            const Mesh& mesh = scene.meshes[index_of(instance.mesh)];
+            Box3d box;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const glm::vec3& p = mesh.positions[mesh.indices[std::size_t{primitive} * 3 + k]];
+                box = unite(
+                    box, instance.object_to_world * glm::dvec4(mesh.origin + glm::dvec3(p), 1.0)
+                );
+            }
+            return box;
+        }
+    );
+}
+
+std::string frame_file(const std::string& out, const char* kind, int frame) {
+    char name[64];
+    std::snprintf(name, sizeof name, "%s_%05d.png", kind, frame);
+    return (std::filesystem::path(out) / name).string();
+}
+
+void print_progress(int frame, int frames) {
+    constexpr int kWidth = 40;
+    const int filled = frame * kWidth / frames;
+    std::fprintf(
+        stderr,
+        "\r[%.*s%*s] %d/%d",
+        filled,
+        "########################################",
+        kWidth - filled,
+        "",
+        frame,
+        frames
+    );
+    if (frame == frames) {
+        std::fprintf(stderr, "\n");
+    }
+}
+
+void print_row(const char* name, std::optional<double> value, const char* unit) {
+    if (value) {
+        std::printf("  %-28s %12.2f %s\n", name, *value, unit);
+    }
+}
+
+void print_table(const RunReport& report) {
+    std::printf(
+        "%s, %s on %s, %dx%d, %d frames\n",
+        report.scene.name.c_str(),
+        report.technique.c_str(),
+        report.device.c_str(),
+        report.width,
+        report.height,
+        report.frames
+    );
+    print_row("speed-up, overall", report.speedup.overall, "x");
+    print_row("speed-up, without first", report.speedup.without_first, "x");
+    print_row("speed-up, least", report.speedup.min, "x");
+    print_row("speed-up, most", report.speedup.max, "x");
+    print_row("frame, first", report.frame_ms.first, "ms");
+    print_row("frame, median", report.frame_ms.median, "ms");
+    print_row("frame, mean", report.frame_ms.mean, "ms");
+    print_row("frame, p99", report.frame_ms.p99, "ms");
+    print_row("frame, longest", report.frame_ms.max, "ms");
+    print_row("geometry, first", report.reference_frame_ms.first, "ms");
+    print_row("geometry, mean", report.reference_frame_ms.mean, "ms");
+    print_row("planning, mean", report.plan_ms.mean, "ms");
+    print_row("PSNR, median", report.image.psnr_db_median, "dB");
+    print_row("PSNR, least", report.image.psnr_db_min, "dB");
+    print_row("triangles a frame", report.work.triangles_per_frame, "");
+    print_row("image quads a frame", report.work.image_quads_per_frame, "");
+    if (report.work.images_created) {
+        print_row("images made", static_cast<double>(*report.work.images_created), "");
+    }
+    if (report.memory.image_bytes_peak) {
+        constexpr double kMib = 1024.0 * 1024.0;
+        print_row(
+            "image memory, peak", static_cast<double>(*report.memory.image_bytes_peak) / kMib, "MiB"
+        );
+    }
+}
+
+Result<void> run(const Options& options) {
+    auto world = load_world(options);
+    if (!world) {
+        return tl::unexpected(world.error());
+    }
+    const Scene& scene = world->scene;
+    const Box3d box = scene_bounds(scene);
+    const double radius = glm::length(extent(box)) / 2.0;
+
+    const auto build_begin = std::chrono::steady_clock::now();
+    const auto hierarchy = build_hierarchy(scene, options.bsp);
+    if (!hierarchy) {
+        return tl::unexpected(hierarchy.error());
+    }
+    const double build_ms = milliseconds_since(build_begin);
+
+    std::optional<ImageCache> cache;
+    ImageCacheOptions cache_options = presets::shade1996(options.cache);
+    cache_options.validity = options.cache.validity;
+    cache_options.image_budget_bytes = options.budget_mib << 20U;
+    if (options.technique == "image-cache") {
+        auto made = ImageCache::create(*hierarchy, cache_options);
+        if (!made) {
+            return tl::unexpected(made.error());
+        }
+        cache.emplace(std::move(*made));
+    }
+
+    WalkOptions walk_options = options.walk;
+    walk_options.frames =
+        options.whole_path.value_or(options.frames.value_or(world->path.frame_count));
+    const auto view = [&](int frame) {
+        const double at = options.whole_path
+                              ? eval::whole_path_frame(world->path, frame, *options.whole_path)
+                              : frame;
+        return make_view(*world, eval::pose_at(world->path, at), radius);
+    };
+    if (Result<void> valid = validate(view(0)); !valid) {
+        return valid;
+    }
+
+    auto context = opengl::HeadlessContext::create();
+    if (!context) {
+        return tl::unexpected(context.error());
+    }
+    auto source = opengl::SceneSource::create(scene, &*hierarchy);
+    if (!source) {
+        return tl::unexpected(source.error());
+    }
+    auto backend = opengl::OpenGLBackend::create(**source);
+    if (!backend) {
+        return tl::unexpected(backend.error());
+    }
+
+    std::vector<std::uint64_t> item_primitives;
+    for (const Instance& instance : scene.instances) {
+        item_primitives.push_back(primitive_count(scene.meshes[index_of(instance.mesh)]));
+    }
+    WalkSetup setup;
+    setup.backend = backend->get();
+    setup.hierarchy = &*hierarchy;
+    setup.item_primitives = item_primitives;
+    setup.view = view;
+    setup.cache = cache ? &*cache : nullptr;
+    setup.clear.color = glm::vec4(scene.sky, 1.0F);
+
+    if (!options.out.empty()) {
+        std::error_code error;
+        std::filesystem::create_directories(options.out, error);
+        if (error) {
+            return fail(
+                ErrorCode::device, "cannot make the folder '" + options.out + "': " + error.message()
+            );
+        }
+    }
+    WalkObserver observer;
+    if (isatty(STDERR_FILENO) != 0) {
+        observer.on_progress = print_progress;
+    }
+    if (!options.out.empty() && walk_options.picture_every > 0) {
+        observer.on_pictures = [&](const WalkPictures& pictures) -> Result<void> {
+            const std::string& out = options.out;
+            auto written =
+                io::write_png(frame_file(out, "frame", pictures.frame), pictures.picture);
+            if (written) {
+                written =
+                    io::write_png(frame_file(out, "reference", pictures.frame), pictures.reference);
+                constexpr double kAmplify = 4.0;
+                const auto difference =
+                    eval::difference_picture(pictures.reference, pictures.picture, kAmplify);
+                if (written && difference) {
+                    written =
+                        io::write_png(frame_file(out, "difference", pictures.frame), *difference);
+                }
+            }
+            return written;
+        };
+    }
+
+    const auto result = eval::walk(setup, walk_options, observer);
+    if (!result) {
+        return tl::unexpected(result.error());
+    }
+
+    RunReport report;
+    report.scene.name = scene.name;
+    report.scene.triangles = primitive_count(scene);
+    report.scene.instances = scene.instances.size();
+    report.scene.build_ms = build_ms;
+    report.scene.nodes = hierarchy->nodes.size();
+    report.scene.depth = hierarchy->quality.depth;
+    report.technique = options.technique;
+    report.preset = cache ? options.preset : "";
+    report.backend = "opengl";
+    report.device = (*backend)->device();
+    report.width = world->width;
+    report.height = world->height;
+    report.fov_deg = world->fov_deg;
+    if (cache) {
+        report.error_px = cache_options.error_px;
+        report.cost_model = cache_options.costs;
+        report.memory.image_budget_bytes = cache_options.image_budget_bytes;
+    }
+    report.memory.hierarchy_bytes = memory_bytes(*hierarchy);
+    report.memory.scene_bytes = memory_bytes(scene);
+    if (Result<void> added = eval::add_to_report(*result, report); !added) {
+        return added;
+    }
+    if (!options.json.empty()) {
+        if (Result<void> saved = eval::save(report, options.json); !saved) {
+            return saved;
+        }
+    }
+    print_table(report);
+    return {};
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    // llvmpipe gives its memory back after every frame and asks for it again; that would be timed.
+    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+    mallopt(M_MMAP_THRESHOLD, 1 << 30);
+
+    Options options;
+    CLI::App app("Walks through a scene with one technique and reports speed against error.");
+    app.add_option("--scene", options.scene, "island, or a file");
+    app.add_option("--technique", options.technique)
+        ->check(CLI::IsMember({"geometry", "image-cache"}));
+    app.add_option("--preset", options.preset)->check(CLI::IsMember({"shade1996"}));
+    app.add_option("--error-px", options.cache.error_px, "largest displacement [px]");
+    app.add_option("--frames", options.frames, "how many frames of the path, at its own pace")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--whole-path", options.whole_path, "the whole path in this many frames")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--size", options.size, "WIDTHxHEIGHT [px]");
+    app.add_option("--fov-deg", options.fov_deg, "vertical field of view [degrees]");
+    app.add_option("--path", options.path, "JSON file of a camera path");
+    app.add_option("--step", options.step_m, "metres a frame of a default path");
+    app.add_option("--up", options.up, "axis that points up in a mesh file")
+        ->check(CLI::IsMember({"y", "z"}));
+    app.add_option("--samples", options.walk.samples, "per pixel of the frame");
+    app.add_option("--image-samples", options.cache.image_samples, "per texel of images");
+    app.add_option("--reference", options.walk.reference_every, "geometry on every Nth frame")
+        ->check(CLI::NonNegativeNumber);
+    app.add_option("--png", options.walk.picture_every, "pictures of every Nth frame into --out")
+        ->check(CLI::NonNegativeNumber);
+    app.add_option("--image-budget-mib", options.budget_mib, "memory for images [MiB]")
+        ->check(CLI::Range(0, 1 << 20));
+    app.add_flag("--exact-pixels", options.cache.exact_pixels);
+    const std::map<std::string, SurfacePlacement> placements = {
+        {"automatic", SurfacePlacement::automatic},
+        {"in-images", SurfacePlacement::in_images},
+        {"first", SurfacePlacement::first}};
+    app.add_option("--surfaces", options.cache.surfaces, "where split surfaces are drawn")
+        ->transform(CLI::CheckedTransformer(placements));
+    const std::map<std::string, ImageValidity> validities = {
+        {"angle", ImageValidity::angle}, {"zone", ImageValidity::zone}};
+    app.add_option("--validity", options.cache.validity, "when images may still be shown")
+        ->transform(CLI::CheckedTransformer(validities));
+    app.add_option("--json", options.json, "file for all figures");
+    app.add_option("--out", options.out, "folder for pictures");
+    for (const auto& entry : farfield::scenes::scene_catalog()) {
+        for (const auto& parameter : entry.parameters) {
+            const std::string name(parameter.name);
+            app.add_option_function<double>(
+                "--" + name,
+                [&options, name](double value) { options.scene_values[name] = value; },
+                std::string(parameter.help)
+            );
+        }
+    }
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        const int status = app.exit(error);
+        return status == 0 ? 0 : 2;
+    }
+    if (farfield::Result<void> done = run(options); !done) {
+        std::fprintf(stderr, "walkthrough: %s\n", done.error().message.c_str());
+        return 1;
+    }
+    return 0;
+}
