@@ -1,0 +1,143 @@
+#include "scene_catalog.hpp"
+
+#include "island.hpp"
+#include "island_path.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <utility>
+
+namespace farfield::scenes {
+
+namespace {
+
+constexpr IslandOptions kIsland;
+
+constexpr std::array<SceneParameter, 12> kIslandParameters = {{
+    {"trees", kIsland.trees, true, "number of trees, 0 to 1000000"},
+    {"radius", kIsland.radius_m, false, "radius of the shore [m]"},
+    {"height", kIsland.height_m, false, "height of the ground at the centre [m]"},
+    {"terrain-quads", kIsland.terrain_quads, true, "quads a side of the terrain, 2 to 4096"},
+    {"tree-triangles", kIsland.tree_triangles, true, "triangles of the tree, 2000 to 10000000"},
+    {"tree-height", kIsland.tree_height_m, false, "height of a tree of scale 1 [m]"},
+    {"tree-width", kIsland.tree_width_m, false, "width of a tree of scale 1 [m]"},
+    {"min-spacing", kIsland.min_spacing_m, false, "least distance of two trunks [m]"},
+    {"min-scale", kIsland.min_scale, false, "smallest scale of a tree"},
+    {"max-scale", kIsland.max_scale, false, "largest scale of a tree"},
+    {"seed", static_cast<double>(kIsland.seed), true, "of hills, places, turns and sizes"},
+    {"tree-seed", static_cast<double>(kIsland.tree_seed), true, "of the tree"},
+}};
+
+double value_of(const SceneValues& values, std::string_view name) {
+    return values.find(name)->second;
+}
+
+/// Values out of range of the type meet the scene's own check as the nearest end of the type.
+template <typename T>
+T whole(const SceneValues& values, std::string_view name) {
+    const double value = value_of(values, name);
+    if (value <= static_cast<double>(std::numeric_limits<T>::lowest())) {
+        return std::numeric_limits<T>::lowest();
+    }
+    // 2^64 is the first double that a 64-bit number cannot take, 2^31 - 1 is a double itself.
+    if (value >= static_cast<double>(std::numeric_limits<T>::max())) {
+        return std::numeric_limits<T>::max();
+    }
+    return static_cast<T>(value);
+}
+
+Result<CatalogScene> make_island_entry(const SceneValues& values) {
+    IslandOptions options;
+    options.trees = whole<int>(values, "trees");
+    options.radius_m = value_of(values, "radius");
+    options.height_m = value_of(values, "height");
+    options.terrain_quads = whole<int>(values, "terrain-quads");
+    options.tree_triangles = whole<int>(values, "tree-triangles");
+    options.tree_height_m = value_of(values, "tree-height");
+    options.tree_width_m = value_of(values, "tree-width");
+    options.min_spacing_m = value_of(values, "min-spacing");
+    options.min_scale = value_of(values, "min-scale");
+    options.max_scale = value_of(values, "max-scale");
+    options.seed = whole<std::uint64_t>(values, "seed");
+    options.tree_seed = whole<std::uint64_t>(values, "tree-seed");
+    auto path = island_path(options);
+    if (!path) {
+        return tl::unexpected(path.error());
+    }
+    auto scene = make_island(options);
+    if (!scene) {
+        return tl::unexpected(scene.error());
+    }
+    return CatalogScene{std::move(*scene), std::move(*path)};
+}
+
+constexpr std::array<CatalogEntry, 1> kCatalog = {{
+    {"island",
+     "round island with 1117 instances of a willow, 40.6 million triangles",
+     kIslandParameters,
+     make_island_entry},
+}};
+
+/// "a, b, c" for messages.
+template <typename Named>
+std::string names_of(std::span<const Named> all) {
+    std::string names;
+    for (const Named& one : all) {
+        names += (names.empty() ? "" : ", ") + std::string(one.name);
+    }
+    return names;
+}
+
+tl::unexpected<Error> invalid(std::string message) {
+    return fail(ErrorCode::invalid_argument, std::move(message));
+}
+
+} // namespace
+
+std::span<const CatalogEntry> scene_catalog() noexcept {
+    return kCatalog;
+}
+
+Result<CatalogScene> make_scene(std::string_view name, const SceneValues& values) {
+    const auto entry = std::find_if(kCatalog.begin(), kCatalog.end(), [&](const CatalogEntry& one) {
+        return one.name == name;
+    });
+    if (entry == kCatalog.end()) {
+        return fail(
+            ErrorCode::not_found,
+            "scene \"" + std::string(name) + "\" does not exist, expected one of " +
+                names_of(std::span<const CatalogEntry>(kCatalog))
+        );
+    }
+    SceneValues complete;
+    for (const SceneParameter& parameter : entry->parameters) {
+        complete.emplace(parameter.name, parameter.default_value);
+    }
+    for (const auto& [key, value] : values) {
+        const auto parameter = std::find_if(
+            entry->parameters.begin(),
+            entry->parameters.end(),
+            [&key = key](const SceneParameter& one) { return one.name == key; }
+        );
+        const std::string where = std::string(name) + ": " + key;
+        if (parameter == entry->parameters.end()) {
+            return invalid(
+                where + " is no parameter, expected one of " + names_of(entry->parameters)
+            );
+        }
+        if (!std::isfinite(value) || (parameter->whole && value != std::floor(value))) {
+            return invalid(
+                where + " is " + std::to_string(value) + ", expected a " +
+                (parameter->whole ? "whole" : "finite") + " number"
+            );
+        }
+        complete[key] = value;
+    }
+    return entry->make(complete);
+}
+
+} // namespace farfield::scenes
