@@ -1,3 +1,5 @@
+include(FarfieldOptions)
+
 # Everything comes from the system's packages; cmake/install-dependencies.sh installs them by name.
 
 find_package(glm REQUIRED CONFIG)

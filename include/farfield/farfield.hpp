@@ -9,6 +9,7 @@
 #include <farfield/gpu/backend.hpp>
 #include <farfield/gpu/frame_plan.hpp>
 #include <farfield/gpu/geometry_source.hpp>
+#include <farfield/gpu/plan_work.hpp>
 #include <farfield/image/atlas.hpp>
 #include <farfield/image/picture.hpp>
 #include <farfield/image/region.hpp>
