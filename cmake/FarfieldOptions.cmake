@@ -12,11 +12,14 @@ if(FARFIELD_BUILD_EXAMPLES)
     endforeach()
 endif()
 
-set(farfield_sanitizers "" address undefined "address;undefined" thread)
-if(NOT "${FARFIELD_SANITIZE}" IN_LIST farfield_sanitizers)
-    message(
-        FATAL_ERROR
-            "FARFIELD_SANITIZE is '${FARFIELD_SANITIZE}'; it may be address, undefined, "
-            "address;undefined or thread"
-    )
+foreach(sanitizer IN LISTS FARFIELD_SANITIZE)
+    if(NOT sanitizer MATCHES "^(address|undefined|thread)$")
+        message(
+            FATAL_ERROR
+                "FARFIELD_SANITIZE names '${sanitizer}'; it may name address, undefined and thread"
+        )
+    endif()
+endforeach()
+if("address" IN_LIST FARFIELD_SANITIZE AND "thread" IN_LIST FARFIELD_SANITIZE)
+    message(FATAL_ERROR "FARFIELD_SANITIZE cannot be both address and thread")
 endif()
