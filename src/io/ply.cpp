@@ -323,9 +323,14 @@ class PlyReader {
         const std::uint64_t least = format_ == Format::text ? 2U : bytes_of(property.type);
         const std::uint64_t left =
             format_ == Format::text ? scanner_.remaining() + 1U : input_.bytes.size() - position_;
-        if (!(*value >= 0.0) || *value != std::floor(*value) ||
-            *value > static_cast<double>(left / least)) {
+        if (!(*value >= 0.0) || *value != std::floor(*value)) {
             return bad("the length of list " + quote(property.name) + " is " + text(*value));
+        }
+        if (*value > static_cast<double>(left / least)) {
+            return bad(
+                "list " + quote(property.name) + " announces " + text(*value) +
+                " numbers, the file ends after " + std::to_string(left) + " bytes"
+            );
         }
         return static_cast<std::uint64_t>(*value);
     }
