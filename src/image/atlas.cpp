@@ -2,67 +2,136 @@
 #include <farfield/image/atlas.hpp>
 
 #include <algorithm>
-#include <cstddef>
-#include <limits>
-#include <utility>
+#include <bit>
 
 namespace farfield {
 
 namespace {
 
-// A shelf takes rectangles of at least this share of its height; lower ones would waste it.
-constexpr double kShelfFit = 0.7;
-// Heights of shelves are multiples of this, so that images of similar height share one.
-constexpr std::int32_t kShelfStep = 4;
-// Storage is reserved for this many shelves and rectangles a shelf, which pages of real images do
-// not reach; a page that does is as good as full.
-constexpr std::int32_t kTexelsPerShelf = 16;
-constexpr std::int32_t kTexelsPerRectangle = 8;
+constexpr std::int32_t kCell = 4; // [texel]
+constexpr std::int32_t kWordBits = 64;
+
+constexpr std::int32_t cells_for(std::int32_t texels) noexcept {
+    return (texels + kCell - 1) / kCell;
+}
+
+/// Bits `first` to `last` of a word, both included.
+constexpr std::uint64_t bit_range(std::int32_t first, std::int32_t last) noexcept {
+    return (~std::uint64_t{0} << static_cast<unsigned>(first)) &
+           (~std::uint64_t{0} >> static_cast<unsigned>(kWordBits - 1 - last));
+}
+
+/// Calls `visit(word index, mask)` for the words that hold bits `x` to `x + width - 1` of a row.
+template <typename Visit>
+void for_each_word(std::int32_t x, std::int32_t width, const Visit& visit) noexcept {
+    const std::int32_t last = x + width - 1;
+    for (std::int32_t word = x / kWordBits; word <= last / kWordBits; ++word) {
+        const std::int32_t begin = word * kWordBits;
+        visit(
+            static_cast<std::size_t>(word),
+            bit_range(std::max(x - begin, 0), std::min(last - begin, kWordBits - 1))
+        );
+    }
+}
+
+/// bits |= bits moved by `step` towards bit 0, all words taken as one number.
+void smear(std::vector<std::uint64_t>& bits, std::int32_t step) noexcept {
+    const auto jump = static_cast<std::size_t>(step / kWordBits);
+    const auto shift = static_cast<unsigned>(step % kWordBits);
+    const std::size_t words = bits.size() - jump;
+    // What is read has not been changed yet: it is at or above what is written.
+    if (shift == 0) {
+        for (std::size_t i = 0; i < words; ++i) {
+            bits[i] |= bits[i + jump];
+        }
+        return;
+    }
+    for (std::size_t i = 0; i + 1 < words; ++i) {
+        bits[i] |= bits[i + jump] >> shift | bits[i + jump + 1] << (kWordBits - shift);
+    }
+    bits[words - 1] |= bits.back() >> shift;
+}
 
 } // namespace
 
 Atlas::Atlas(std::int32_t size)
-    : size_(size), most_shelves_(static_cast<std::size_t>(size / kTexelsPerShelf + 2)),
-      most_rectangles_(static_cast<std::uint32_t>(size / kTexelsPerRectangle + 2)) {
-    shelves_.reserve(most_shelves_);
-    spare_runs_.resize(most_shelves_);
-    for (std::vector<Run>& runs : spare_runs_) {
-        // Rectangles leave at most one free run more than there are of them.
-        runs.reserve(most_rectangles_ + 1);
-    }
+    : size_(size), side_(cells_for(size)),
+      words_(static_cast<std::size_t>((side_ + kWordBits - 1) / kWordBits)),
+      taken_(words_ * static_cast<std::size_t>(side_)), blocked_(taken_.size()) {
+    FARFIELD_ASSERT(size >= 1);
     clear();
 }
 
 void Atlas::clear() noexcept {
-    while (!shelves_.empty()) {
-        erase_shelf(shelves_.size() - 1);
-    }
+    std::fill(taken_.begin(), taken_.end(), 0U);
     used_texels_ = 0;
-    insert_shelf(0, 0, size_);
+    free_cells_ = static_cast<std::uint64_t>(side_) * static_cast<std::uint64_t>(side_);
 }
 
-void Atlas::insert_shelf(std::size_t position, std::int32_t y, std::int32_t height) noexcept {
-    Shelf shelf;
-    shelf.y = y;
-    shelf.height = height;
-    shelf.free_runs = std::move(spare_runs_.back());
-    spare_runs_.pop_back();
-    shelf.free_runs.clear();
-    shelf.free_runs.push_back({0, size_});
-    shelves_.insert(shelves_.begin() + static_cast<std::ptrdiff_t>(position), std::move(shelf));
+Atlas::Cells Atlas::cells_of(const Region& region) noexcept {
+    return {region.x / kCell, region.y / kCell, cells_for(region.width), cells_for(region.height)};
 }
 
-void Atlas::erase_shelf(std::size_t position) noexcept {
-    spare_runs_.push_back(std::move(shelves_[position].free_runs));
-    shelves_.erase(shelves_.begin() + static_cast<std::ptrdiff_t>(position));
-}
-
-std::int32_t Atlas::widest_run(const Shelf& shelf) const noexcept {
-    std::int32_t widest = 0;
-    for (const Run& run : shelf.free_runs) {
-        widest = std::max(widest, run.width);
+/// Marks in `blocked_` each cell where a rectangle of `wanted`'s size would meet a taken cell: an
+/// OR over its rows, then over its columns, of twice as many with every step. Cells from where it
+/// would leave the page hold nothing of use; only there do rows run into each other.
+void Atlas::find_blocked(const Cells& wanted) noexcept {
+    std::copy(taken_.begin(), taken_.end(), blocked_.begin());
+    const auto row_bits = static_cast<std::int32_t>(words_) * kWordBits;
+    for (std::int32_t done = 1; done < wanted.height; done *= 2) {
+        smear(blocked_, std::min(done, wanted.height - done) * row_bits);
     }
-    return widest;
+    for (std::int32_t done = 1; done < wanted.width; done *= 2) {
+        smear(blocked_, std::min(done, wanted.width - done));
+    }
+}
+
+std::int32_t
+Atlas::taken_in_row(std::int32_t y, std::int32_t x, std::int32_t width) const noexcept {
+    const std::uint64_t* row = taken_.data() + static_cast<std::size_t>(y) * words_;
+    std::int32_t count = 0;
+    for_each_word(x, width, [&](std::size_t word, std::uint64_t mask) {
+        count += std::popcount(row[word] & mask);
+    });
+    return count;
+}
+
+/// Length of the rim that touches taken cells or the border, or something less than `enough` where
+/// it is less. [cell]
+std::int32_t Atlas::touching(const Cells& cells, std::int32_t enough) const noexcept {
+    const std::int32_t right = cells.x + cells.width;
+    const std::int32_t top = cells.y + cells.height;
+    std::int32_t count = 0;
+    count += cells.y == 0 ? cells.width : taken_in_row(cells.y - 1, cells.x, cells.width);
+    count += top == side_ ? cells.width : taken_in_row(top, cells.x, cells.width);
+    if (count + 2 * cells.height < enough) {
+        return count;
+    }
+    const auto column = [&](std::int32_t x) {
+        const auto shift = static_cast<unsigned>(x % kWordBits);
+        std::size_t word =
+            static_cast<std::size_t>(cells.y) * words_ + static_cast<std::size_t>(x / kWordBits);
+        std::uint64_t sum = 0;
+        for (std::int32_t y = cells.y; y < top; ++y, word += words_) {
+            sum += (taken_[word] >> shift) & 1U;
+        }
+        return static_cast<std::int32_t>(sum);
+    };
+    count += cells.x == 0 ? cells.height : column(cells.x - 1);
+    count += right == side_ ? cells.height : column(right);
+    return count;
+}
+
+/// Flips cells that must all be in the other state.
+/// @param taken their new state
+void Atlas::mark(const Cells& cells, [[maybe_unused]] bool taken) noexcept {
+    for (std::int32_t y = cells.y; y < cells.y + cells.height; ++y) {
+        std::uint64_t* row = taken_.data() + static_cast<std::size_t>(y) * words_;
+        for_each_word(cells.x, cells.width, [&](std::size_t word, std::uint64_t mask) {
+            FARFIELD_ASSERT((row[word] & mask) == (taken ? 0U : mask));
+            row[word] ^= mask;
+        });
+    }
 }
 
 std::optional<Region> Atlas::allocate(std::int32_t width, std::int32_t height) noexcept {
@@ -70,115 +139,54 @@ std::optional<Region> Atlas::allocate(std::int32_t width, std::int32_t height) n
     if (width > size_ || height > size_) {
         return std::nullopt;
     }
-    // The lowest shelf in use that fits wastes least; failing that, the lowest free one.
-    constexpr std::size_t kNoShelf = std::numeric_limits<std::size_t>::max();
-    std::size_t chosen = kNoShelf;
-    std::size_t free_shelf = kNoShelf;
-    for (std::size_t i = 0; i < shelves_.size(); ++i) {
-        const Shelf& shelf = shelves_[i];
-        if (shelf.height < height || shelf.rectangles == most_rectangles_) {
-            continue;
-        }
-        if (shelf.rectangles == 0) {
-            if (free_shelf == kNoShelf || shelf.height < shelves_[free_shelf].height) {
-                free_shelf = i;
-            }
-        } else if (
-            (chosen == kNoShelf || shelf.height < shelves_[chosen].height) &&
-            static_cast<double>(height) >= kShelfFit * static_cast<double>(shelf.height) &&
-            widest_run(shelf) >= width
-        ) {
-            chosen = i;
-        }
+    Cells cells{0, 0, cells_for(width), cells_for(height)};
+    const auto count =
+        static_cast<std::uint64_t>(cells.width) * static_cast<std::uint64_t>(cells.height);
+    if (count > free_cells_) {
+        return std::nullopt;
     }
-    if (chosen == kNoShelf) {
-        if (free_shelf == kNoShelf) {
-            // Last resort: any shelf with room, however high.
-            for (std::size_t i = 0; i < shelves_.size(); ++i) {
-                const Shelf& shelf = shelves_[i];
-                if (shelf.height >= height && shelf.rectangles < most_rectangles_ &&
-                    widest_run(shelf) >= width &&
-                    (chosen == kNoShelf || shelf.height < shelves_[chosen].height)) {
-                    chosen = i;
+    find_blocked(cells);
+    // The last cells of a page may be cut off by its border; the rectangle may not.
+    const std::int32_t columns = (size_ - width) / kCell + 1;
+    const std::int32_t rows = (size_ - height) / kCell + 1;
+    Cells best;
+    std::int32_t most = -1;
+    for (std::int32_t y = 0; y < rows; ++y) {
+        const std::uint64_t* row = blocked_.data() + static_cast<std::size_t>(y) * words_;
+        for_each_word(0, columns, [&](std::size_t word, std::uint64_t mask) {
+            // A place from which it could slide both ways along either axis touches less than one
+            // at the end of a slide. Beyond the ends of a word, and of the page, is no way.
+            const std::uint64_t room = ~row[word] & mask;
+            const std::uint64_t above = y + 1 < rows ? ~row[word + words_] : 0U;
+            const std::uint64_t below = y > 0 ? ~*(row + word - words_) : 0U;
+            std::uint64_t ends = room & ~((room << 1U) & (room >> 1U)) & ~(above & below);
+            for (; ends != 0; ends &= ends - 1) {
+                cells.x = static_cast<std::int32_t>(word) * kWordBits + std::countr_zero(ends);
+                cells.y = y;
+                const std::int32_t touched = touching(cells, most + 1);
+                if (touched > most) {
+                    most = touched;
+                    best = cells;
                 }
             }
-            if (chosen == kNoShelf) {
-                return std::nullopt;
-            }
-        } else {
-            const std::int32_t rounded = (height + kShelfStep - 1) / kShelfStep * kShelfStep;
-            const std::int32_t rest = shelves_[free_shelf].height - rounded;
-            if (rest >= kShelfStep && shelves_.size() < most_shelves_) {
-                const std::int32_t y = shelves_[free_shelf].y;
-                shelves_[free_shelf].height = rounded;
-                insert_shelf(free_shelf + 1, y + rounded, rest);
-            }
-            chosen = free_shelf;
-        }
+        });
     }
-
-    Shelf& shelf = shelves_[chosen];
-    // Best fit: the narrowest run that holds the rectangle.
-    std::size_t best = kNoShelf;
-    for (std::size_t i = 0; i < shelf.free_runs.size(); ++i) {
-        if (shelf.free_runs[i].width >= width &&
-            (best == kNoShelf || shelf.free_runs[i].width < shelf.free_runs[best].width)) {
-            best = i;
-        }
+    if (most < 0) {
+        return std::nullopt;
     }
-    FARFIELD_ASSERT(best != kNoShelf);
-    Run& run = shelf.free_runs[best];
-    const Region region{run.x, shelf.y, width, height};
-    run.x += width;
-    run.width -= width;
-    if (run.width == 0) {
-        shelf.free_runs.erase(shelf.free_runs.begin() + static_cast<std::ptrdiff_t>(best));
-    }
-    ++shelf.rectangles;
+    mark(best, true);
+    free_cells_ -= count;
+    const Region region{best.x * kCell, best.y * kCell, width, height};
     used_texels_ += area(region);
     return region;
 }
 
 void Atlas::release(const Region& region) noexcept {
-    const auto found = std::lower_bound(
-        shelves_.begin(),
-        shelves_.end(),
-        region.y,
-        [](const Shelf& shelf, std::int32_t y) { return shelf.y < y; }
-    );
-    FARFIELD_ASSERT(found != shelves_.end() && found->y == region.y && found->rectangles > 0);
-    std::vector<Run>& runs = found->free_runs;
-    auto next =
-        std::lower_bound(runs.begin(), runs.end(), region.x, [](const Run& run, std::int32_t x) {
-            return run.x < x;
-        });
-    const bool joins_next = next != runs.end() && region.x + region.width == next->x;
-    const bool joins_before = next != runs.begin() && (next - 1)->x + (next - 1)->width == region.x;
-    if (joins_before && joins_next) {
-        (next - 1)->width += region.width + next->width;
-        runs.erase(next);
-    } else if (joins_before) {
-        (next - 1)->width += region.width;
-    } else if (joins_next) {
-        next->x = region.x;
-        next->width += region.width;
-    } else {
-        runs.insert(next, {region.x, region.width});
-    }
+    const Cells cells = cells_of(region);
+    mark(cells, false);
+    free_cells_ +=
+        static_cast<std::uint64_t>(cells.width) * static_cast<std::uint64_t>(cells.height);
     used_texels_ -= area(region);
-    --found->rectangles;
-    if (found->rectangles > 0) {
-        return;
-    }
-    auto position = static_cast<std::size_t>(found - shelves_.begin());
-    if (position + 1 < shelves_.size() && shelves_[position + 1].rectangles == 0) {
-        shelves_[position].height += shelves_[position + 1].height;
-        erase_shelf(position + 1);
-    }
-    if (position > 0 && shelves_[position - 1].rectangles == 0) {
-        shelves_[position - 1].height += shelves_[position].height;
-        erase_shelf(position);
-    }
 }
 
 } // namespace farfield

@@ -1,0 +1,82 @@
+// The atlas as an image cache uses it: rectangles come and go, and the oldest go first when there
+// is no room.
+#include "../tests/support/random.hpp"
+#include <farfield/image/atlas.hpp>
+
+#include <benchmark/benchmark.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+
+namespace {
+
+using farfield::Atlas;
+using farfield::Region;
+
+/// One allocation a step into a page that is full: releases as many of the oldest as it takes.
+void atlas_churn(benchmark::State& state) {
+    const auto size = static_cast<std::int32_t>(state.range(0));
+    const auto largest = static_cast<unsigned>(state.range(1));
+    farfield::support::Random random(1);
+    Atlas atlas(size);
+    std::deque<Region> living;
+    std::int64_t allocations = 0;
+    double fill_sum = 0.0;
+    const auto step = [&] {
+        const auto width = static_cast<std::int32_t>(5 + random.below(largest - 4));
+        const auto height = static_cast<std::int32_t>(5 + random.below(largest - 4));
+        for (;;) {
+            ++allocations;
+            if (const std::optional<Region> region = atlas.allocate(width, height)) {
+                living.push_back(*region);
+                break;
+            }
+            atlas.release(living.front());
+            living.pop_front();
+        }
+        fill_sum += static_cast<double>(atlas.used_texels());
+    };
+    for (int warm_up = 0; warm_up < 20'000; ++warm_up) {
+        step();
+    }
+    allocations = 0;
+    fill_sum = 0.0;
+    while (state.KeepRunning()) {
+        step();
+    }
+    using benchmark::Counter;
+    state.SetItemsProcessed(allocations);
+    state.counters["fill"] =
+        Counter(fill_sum / (static_cast<double>(size) * size), Counter::kAvgIterations);
+    state.counters["rectangles"] = Counter(static_cast<double>(living.size()));
+}
+
+/// An empty page filled to its first refusal.
+void atlas_fill(benchmark::State& state) {
+    const auto size = static_cast<std::int32_t>(state.range(0));
+    const auto largest = static_cast<unsigned>(state.range(1));
+    Atlas atlas(size);
+    std::int64_t allocations = 0;
+    while (state.KeepRunning()) {
+        farfield::support::Random random(1);
+        atlas.clear();
+        std::optional<Region> region;
+        do {
+            const auto width = static_cast<std::int32_t>(5 + random.below(largest - 4));
+            region =
+                atlas.allocate(width, static_cast<std::int32_t>(5 + random.below(largest - 4)));
+            ++allocations;
+        } while (region);
+    }
+    state.SetItemsProcessed(allocations);
+    state.counters["fill"] = benchmark::Counter(
+        static_cast<double>(atlas.used_texels()) / (static_cast<double>(size) * size)
+    );
+}
+
+BENCHMARK(atlas_churn)->ArgNames({"page", "largest"})->ArgsProduct({{512, 1024, 2048}, {30, 120}});
+BENCHMARK(atlas_fill)->ArgNames({"page", "largest"})->ArgsProduct({{1024, 2048}, {30, 120}});
+
+} // namespace
