@@ -20,11 +20,11 @@ constexpr double kInwardBegins = 720.0;
 constexpr double kTurnBegins = 1100.0;
 constexpr double kArc = 63.0 * kDegree;
 constexpr double kTurn = 120.0 * kDegree;
-constexpr double kOrbit = 1.15;        // radii
-constexpr double kOrbitHeight = 25.0;  // [m]
-constexpr double kClearance = 1.05;    // tree heights above the ground
-constexpr double kLookAhead = 0.15;    // radii
-constexpr double kFramesPerKey = 11.0; // divides kLast: 109 segments
+constexpr double kOrbit = 1.15;       // radii
+constexpr double kOrbitHeight = 25.0; // [m]
+constexpr double kClearance = 1.05;   // tree heights above the ground
+constexpr double kLookAhead = 0.15;   // radii
+constexpr int kFramesPerKey = 11;     // divides the 1199 steps
 
 /// Share of the arc behind at a share t of its frames: the step grows evenly from 3/4 to 5/4 of its
 /// mean.
@@ -86,7 +86,7 @@ Result<CameraPath> island_path(const IslandOptions& options) {
     }
     CameraPath path;
     path.frame_count = kFrames;
-    for (double frame = 0.0; frame <= kLast; frame += kFramesPerKey) {
+    for (int frame = 0; frame < kFrames; frame += kFramesPerKey) {
         path.keys.push_back(key_at(options, frame));
     }
     return path;

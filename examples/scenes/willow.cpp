@@ -11,8 +11,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace farfield::scenes {
@@ -34,7 +36,6 @@ constexpr double kDomeHeight = 6.4;
 constexpr int kLimbs = 7;
 constexpr int kPlumes = 64;
 constexpr int kStrandsPerPlume = 8;
-constexpr int kStrands = kPlumes * kStrandsPerPlume;
 
 const dvec3 kBarkDark(62.0, 52.0, 40.0);
 const dvec3 kBarkLight(112.0, 98.0, 76.0);
@@ -49,11 +50,11 @@ struct Branch {
     double last_radius = 0.0;
 };
 
-/// A hanging shoot: a curve that carries leaves from `leaf_start` (a fraction) to its end.
+/// A hanging shoot: a curve that carries leaves along all its length.
 struct Strand {
     std::vector<dvec3> points;
     double length = 0.0;
-    double brightness = 0.0; ///< [-1, 1] of the plume it belongs to
+    double brightness = 0.0; ///< [-1.5, 1.5] mostly of the plume it belongs to
 };
 
 dvec3 bezier(const dvec3& a, const dvec3& b, const dvec3& c, double t) {
@@ -91,8 +92,8 @@ class Grower {
         grow_foliage();
         stretch();
         mesh_.name = "willow";
-        mesh_.parts.push_back({0, static_cast<std::uint32_t>(mesh_.indices.size()), {}});
-        mesh_.parts.front().material = kNone<MaterialId>;
+        const auto index_count = static_cast<std::uint32_t>(mesh_.indices.size());
+        mesh_.parts.push_back({0, index_count, kNone<MaterialId>});
         update_bounds(mesh_);
         return std::move(mesh_);
     }
