@@ -17,6 +17,12 @@
 #include <farfield/math/frustum.hpp>
 #include <farfield/math/plane.hpp>
 #include <farfield/math/view.hpp>
+#include <farfield/metric/angular_discrepancy.hpp>
+#include <farfield/metric/angular_discrepancy_bound.hpp>
+#include <farfield/metric/image_plane.hpp>
+#include <farfield/metric/outcome.hpp>
+#include <farfield/metric/pixel_angle.hpp>
+#include <farfield/metric/safety_zone.hpp>
 #include <farfield/partition/bsp.hpp>
 #include <farfield/partition/hierarchy.hpp>
 #include <farfield/policy/amortization.hpp>
