@@ -64,7 +64,8 @@ struct NodeState {
     Box3f zone = kEverywhere; ///< where everything that would be drawn is valid
     std::uint32_t level = 0;  ///< passes that must come before one that draws the node
     std::uint32_t image = ImageStore::kNoImage;
-    bool shows_image = false; ///< draws its image, also where it is culled and only baked
+    bool shows_image = false;    ///< draws its image, also where it is culled and only baked
+    bool bakes_geometry = false; ///< baking it would draw primitives, not images alone
 };
 
 /// Distance along the view direction of the nearest point of a box. [m]
@@ -184,7 +185,15 @@ struct ImageCache::Impl {
         const Region& rectangle
     ) noexcept;
     void write_image_contents(std::uint32_t index, const Box3f& clip) noexcept;
-    void write_neighbours(std::uint32_t node, std::uint32_t made, std::uint32_t clip) noexcept;
+    /// Calls `use` with the runs of primitives before the node that may reach into its image's box.
+    /// @param under_images only those that an image shows, not those drawn as geometry themselves
+    template <typename Use>
+    void for_overlap(std::uint32_t index, const Box3f& box, bool under_images, const Use& use)
+        const noexcept;
+    /// The same for the runs below a node.
+    template <typename Use>
+    void for_blocks(std::uint32_t index, const Box3f& box, bool under_images, const Use& use)
+        const noexcept;
     void write_contents(std::uint32_t index, bool baking) noexcept;
     void order_passes() noexcept;
     void place_in_scratch(Pass& pass, std::uint32_t& batch) noexcept;
@@ -194,6 +203,11 @@ struct ImageCache::Impl {
     }
     [[nodiscard]] bool with_surfaces() const noexcept {
         return surfaces == SurfacePlacement::in_images;
+    }
+    /// True when the node's own image must reach beyond its cell to hide cracks. Images of children
+    /// reach beyond theirs already.
+    [[nodiscard]] bool needs_overlap(std::uint32_t index) const noexcept {
+        return with_surfaces() && node(index).piece_count > 0 && states[index].bakes_geometry;
     }
     /// What the images and the geometry of a node are about.
     [[nodiscard]] Box3f contents_box(const HierarchyNode& of) const noexcept {
@@ -278,6 +292,7 @@ bool ImageCache::Impl::try_image(std::uint32_t index) noexcept {
         return false;
     }
     state.shows_image = true;
+    state.bakes_geometry = false;
     state.zone = image.zone;
     state.level = 0;
     state.draw_s = image_cost(options.costs, static_cast<double>(area(image.region)));
@@ -291,6 +306,7 @@ void ImageCache::Impl::update(std::uint32_t index, bool inside) noexcept {
     NodeState& state = states[index];
     const Box3f box = contents_box(here);
     state.level = 0;
+    state.bakes_geometry = true;
     state.error_rad = 0.0F;
     state.zone = kEverywhere;
     if (is_empty(box)) {
@@ -298,6 +314,7 @@ void ImageCache::Impl::update(std::uint32_t index, bool inside) noexcept {
         state.draw_s = 0.0;
         state.bake_s = 0.0;
         state.shows_image = false;
+        state.bakes_geometry = false;
         return;
     }
     if (!inside) {
@@ -332,6 +349,7 @@ void ImageCache::Impl::update(std::uint32_t index, bool inside) noexcept {
         state.error_rad = std::max(back.error_rad, front.error_rad);
         state.zone = intersect(back.zone, front.zone);
         state.level = std::max(back.level, front.level);
+        state.bakes_geometry = back.bakes_geometry || front.bakes_geometry;
     }
     decide(index);
 }
@@ -381,9 +399,18 @@ void ImageCache::Impl::decide(std::uint32_t index) noexcept {
     }
     const std::uint64_t texels = area(rectangle);
     const double show_s = image_cost(options.costs, static_cast<double>(texels));
-    const double create_s = creation_cost(options.costs, state.bake_s, texels);
+    double create_s = creation_cost(options.costs, state.bake_s, texels);
     if (!policy::image_pays(create_s, show_s, state.draw_s, life)) {
         return;
+    }
+    if (needs_overlap(index)) {
+        // Counted only where it can still change the decision.
+        std::uint64_t overlap = 0;
+        for_overlap(index, box, false, [&](const Piece& run) { overlap += run.count; });
+        create_s += geometry_cost(options.costs, overlap, 1);
+        if (!policy::image_pays(create_s, show_s, state.draw_s, life)) {
+            return;
+        }
     }
     if (!make_image(index, plane, box, rectangle)) {
         ++statistics.images_refused;
@@ -394,6 +421,7 @@ void ImageCache::Impl::decide(std::uint32_t index) noexcept {
     image.baked_rad = state.error_rad;
     statuses[index] = NodeStatus::image;
     state.shows_image = true;
+    state.bakes_geometry = false;
     state.zone = zone;
     state.draw_s = show_s;
     state.bake_s = show_s;
@@ -490,9 +518,12 @@ Box3f ImageCache::Impl::surface_clip(const HierarchyNode& of) const noexcept {
 void ImageCache::Impl::write_image_contents(std::uint32_t index, const Box3f& clip) noexcept {
     const HierarchyNode& here = node(index);
     if (with_surfaces()) {
-        if (here.piece_count > 0) {
+        if (needs_overlap(index)) {
             plan.clips.push_back(clip);
-            write_neighbours(0, index, static_cast<std::uint32_t>(plan.clips.size() - 1));
+            const auto clip_index = static_cast<std::uint32_t>(plan.clips.size() - 1);
+            for_overlap(index, clip, false, [&](const Piece& run) {
+                writer.piece(run, clip_index);
+            });
         }
     } else {
         // The surface is drawn apart, in every frame; here it only hides what is behind it.
@@ -512,20 +543,59 @@ void ImageCache::Impl::write_image_contents(std::uint32_t index, const Box3f& cl
     write_contents(here.first_child + 1 - far, true);
 }
 
-void ImageCache::Impl::write_neighbours(
-    std::uint32_t index, std::uint32_t made, std::uint32_t clip
-) noexcept {
+template <typename Use>
+void ImageCache::Impl::for_overlap(
+    std::uint32_t index, const Box3f& box, bool under_images, const Use& use
+) const noexcept {
+    // Only surfaces before the node: where two images meet, the farther one reaches under the
+    // nearer, which is drawn over it. Reaching over would show what the farther one hides.
+    for (std::uint32_t below = index; below != 0;) {
+        const HierarchyNode& parent = node(node(below).parent);
+        const std::uint32_t far = parent.first_child + far_child(parent, frame.eye);
+        if (far == below) {
+            const std::uint32_t near = below == parent.first_child ? below + 1 : below - 1;
+            for_blocks(near, box, under_images, use);
+        }
+        below = node(below).parent;
+    }
+}
+
+template <typename Use>
+void ImageCache::Impl::for_blocks(
+    std::uint32_t index, const Box3f& box, bool under_images, const Use& use
+) const noexcept {
     const HierarchyNode& here = node(index);
-    if (index == made || here.piece_count == 0 ||
-        is_empty(intersect(here.pieces_box, plan.clips[clip]))) {
+    if (here.piece_count == 0 || is_empty(intersect(here.pieces_box, box))) {
         return;
     }
-    if (is_leaf(here)) {
-        writer.pieces(Command::Kind::geometry, here.first_piece, here.piece_count, clip);
+    if (statuses[index] == NodeStatus::image) {
+        under_images = false; // all below is
+    }
+    if (is_leaf(here) && under_images) {
         return;
     }
-    write_neighbours(here.first_child, made, clip);
-    write_neighbours(here.first_child + 1, made, clip);
+    if (!is_leaf(here)) {
+        for_blocks(here.first_child, box, under_images, use);
+        for_blocks(here.first_child + 1, box, under_images, use);
+        return;
+    }
+    constexpr std::uint32_t kBlock = Hierarchy::kBlockPrimitives;
+    for (std::uint32_t i = here.first_piece; i < here.first_piece + here.piece_count; ++i) {
+        const Piece& piece = hierarchy->pieces[i];
+        if (hierarchy->block_boxes.empty()) {
+            use(piece);
+            continue;
+        }
+        // A block may reach into the pieces before and after; only this one's part of it counts.
+        for (std::uint32_t first = piece.first; first < piece.first + piece.count;) {
+            const std::uint32_t block = first / kBlock;
+            const std::uint32_t end = std::min((block + 1) * kBlock, piece.first + piece.count);
+            if (!is_empty(intersect(hierarchy->block_boxes[block], box))) {
+                use(Piece{piece.item, first, end - first});
+            }
+            first = end;
+        }
+    }
 }
 
 ImageQuad ImageCache::Impl::quad_of(const CachedImage& image) const noexcept {
@@ -564,6 +634,14 @@ void ImageCache::Impl::write_contents(std::uint32_t index, bool baking) noexcept
         writer.pieces(
             Command::Kind::geometry, here.first_piece, here.piece_count, Command::kNoClip
         );
+        if (is_leaf(here) && here.piece_count > 0) {
+            // Images before it may have moved away from its edge by the threshold.
+            plan.clips.push_back(unite(here.items_box, surface_clip(here)));
+            const auto clip = static_cast<std::uint32_t>(plan.clips.size() - 1);
+            for_overlap(index, plan.clips[clip], true, [&](const Piece& run) {
+                writer.piece(run, clip);
+            });
+        }
     }
 }
 

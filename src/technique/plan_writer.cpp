@@ -43,17 +43,24 @@ void PlanWriter::pieces(
     }
     Command& target = command(kind, clip);
     for (std::uint32_t i = first; i < first + count; ++i) {
-        const Piece& piece = hierarchy_->pieces[i];
-        if (target.piece_count > 0) {
-            Piece& last = plan_->pieces.back();
-            if (last.item == piece.item && last.first + last.count == piece.first) {
-                last.count += piece.count;
-                continue;
-            }
-        }
-        plan_->pieces.push_back(piece);
-        ++target.piece_count;
+        append(target, hierarchy_->pieces[i]);
     }
+}
+
+void PlanWriter::piece(const Piece& run, std::uint32_t clip) noexcept {
+    append(command(Command::Kind::geometry, clip), run);
+}
+
+void PlanWriter::append(Command& target, const Piece& run) noexcept {
+    if (target.piece_count > 0) {
+        Piece& last = plan_->pieces.back();
+        if (last.item == run.item && last.first + last.count == run.first) {
+            last.count += run.count;
+            return;
+        }
+    }
+    plan_->pieces.push_back(run);
+    ++target.piece_count;
 }
 
 void PlanWriter::image(const ImageQuad& quad) noexcept {

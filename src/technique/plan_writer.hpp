@@ -30,10 +30,14 @@ class PlanWriter {
         Command::Kind kind, std::uint32_t first, std::uint32_t count, std::uint32_t clip
     ) noexcept;
 
+    /// A run of primitives as geometry.
+    void piece(const Piece& run, std::uint32_t clip) noexcept;
+
     /// One image.
     void image(const ImageQuad& quad) noexcept;
 
   private:
+    void append(Command& target, const Piece& run) noexcept;
     [[nodiscard]] Command& command(Command::Kind kind, std::uint32_t clip) noexcept;
 
     FramePlan* plan_;

@@ -52,7 +52,7 @@ struct ImageCacheOptions {
         1024;                     ///< [texel] of an image page, 64 to 16384; larger nodes: no image
     std::uint32_t max_life = 600; ///< [frame] longest life span that is amortised over. >= 1
     double overlap_px = 2.0;      ///< [texel] least overlap of split surfaces in images. >= 0
-    CostModel costs;
+    CostModel costs{};
     GeometryOrder order = GeometryOrder::front_to_back; ///< of frames in which no image is shown
     std::uint32_t cache_id = 0; ///< tells the pages of caches that share a backend apart
 };
