@@ -3,6 +3,7 @@
 #include "scenes/scene_catalog.hpp"
 #include <farfield/eval/camera_path.hpp>
 #include <farfield/eval/image_errors.hpp>
+#include <farfield/eval/overlay.hpp>
 #include <farfield/eval/run_report.hpp>
 #include <farfield/eval/walk.hpp>
 #include <farfield/io/png.hpp>
@@ -51,6 +52,7 @@ struct Options {
     WalkOptions walk;
     partition::BspOptions bsp;
     std::string json;
+    std::string frames_csv;
     std::string out;
     bool overlay = false;
 };
@@ -188,6 +190,33 @@ std::string frame_file(const std::string& out, const char* kind, int frame) {
     return (std::filesystem::path(out) / name).string();
 }
 
+/// The map of what each node did, on the frames whose pictures are written.
+Result<void> write_overlay(
+    const Options& options,
+    const Hierarchy& hierarchy,
+    const ImageCache& cache,
+    const CameraPath& path,
+    int frame,
+    const View& view,
+    const FramePlan& plan
+) {
+    if (frame % options.walk.picture_every != 0) {
+        return {};
+    }
+    std::vector<glm::dvec3> eyes;
+    for (int at = 0; at < path.frame_count; ++at) {
+        eyes.push_back(eval::pose_at(path, at).eye);
+    }
+    BirdsEyeOptions map;
+    map.with_surfaces = cache.surfaces() == SurfacePlacement::in_images;
+    map.path = eyes;
+    map.plan = &plan;
+    return io::write_png(
+        frame_file(options.out, "map", frame),
+        eval::birds_eye(hierarchy, cache.statuses(), view, map)
+    );
+}
+
 void print_progress(int frame, int frames) {
     constexpr int kWidth = 40;
     const int filled = frame * kWidth / frames;
@@ -320,7 +349,8 @@ Result<void> run(const Options& options) {
         std::filesystem::create_directories(options.out, error);
         if (error) {
             return fail(
-                ErrorCode::device, "cannot make the folder '" + options.out + "': " + error.message()
+                ErrorCode::device,
+                "cannot make the folder '" + options.out + "': " + error.message()
             );
         }
     }
@@ -345,6 +375,12 @@ Result<void> run(const Options& options) {
                 }
             }
             return written;
+        };
+    }
+
+    if (options.overlay && cache && observer.on_pictures) {
+        observer.on_frame = [&](int frame, const View& seen, const FramePlan& plan) {
+            return write_overlay(options, *hierarchy, *cache, world->path, frame, seen, plan);
         };
     }
 
@@ -376,6 +412,11 @@ Result<void> run(const Options& options) {
     report.memory.scene_bytes = memory_bytes(scene);
     if (Result<void> added = eval::add_to_report(*result, report); !added) {
         return added;
+    }
+    if (!options.frames_csv.empty()) {
+        if (Result<void> saved = eval::save_frames(*result, options.frames_csv); !saved) {
+            return saved;
+        }
     }
     if (!options.json.empty()) {
         if (Result<void> saved = eval::save(report, options.json); !saved) {
@@ -429,8 +470,17 @@ int main(int argc, char** argv) {
         {"angle", ImageValidity::angle}, {"zone", ImageValidity::zone}};
     app.add_option("--validity", options.cache.validity, "when images may still be shown")
         ->transform(CLI::CheckedTransformer(validities));
+    app.add_option("--directions", options.bsp.directions, "of splitting planes around up");
+    app.add_flag("--split-vertically", options.bsp.split_vertically, "splits storeys as well");
+    app.add_option("--max-items", options.bsp.max_items, "kept whole rather than cut one");
+    app.add_option(
+        "--max-piece-primitives", options.bsp.max_piece_primitives, "of split surfaces in a leaf"
+    );
+    app.add_option("--inflation", options.bsp.inflation, "overlap of split surfaces [fraction]");
     app.add_option("--json", options.json, "file for all figures");
+    app.add_option("--frames-csv", options.frames_csv, "file for the figures of every frame");
     app.add_option("--out", options.out, "folder for pictures");
+    app.add_flag("--overlay", options.overlay, "also what each node did, in colours (with --png)");
     for (const auto& entry : farfield::scenes::scene_catalog()) {
         for (const auto& parameter : entry.parameters) {
             const std::string name(parameter.name);

@@ -1,3 +1,4 @@
+#include "eval/text_file.hpp"
 #include <farfield/eval/image_errors.hpp>
 #include <farfield/eval/walk.hpp>
 
@@ -143,15 +144,15 @@ walk(const WalkSetup& setup, const WalkOptions& options, const WalkObserver& obs
             motion.velocity = (view.eye - views[0].eye) / options.frame_seconds;
         }
         WalkFrame measured;
+        const FramePlan* plan = nullptr;
         const auto timed = time_frame(setup, target.id(), [&]() -> const FramePlan& {
-            const FramePlan& plan =
-                setup.cache != nullptr ? setup.cache->plan(view, motion) : geometry.plan(view);
-            measured.work = work_of(plan, setup.item_primitives);
-            return plan;
+            plan = setup.cache != nullptr ? &setup.cache->plan(view, motion) : &geometry.plan(view);
+            return *plan;
         });
         if (!timed) {
             return tl::unexpected(timed.error());
         }
+        measured.work = work_of(*plan, setup.item_primitives);
         measured.frame_ms = timed->frame_ms;
         measured.plan_ms = timed->plan_ms;
         if (setup.cache != nullptr) {
@@ -159,7 +160,9 @@ walk(const WalkSetup& setup, const WalkOptions& options, const WalkObserver& obs
         }
         result.image_bytes_peak = std::max(result.image_bytes_peak, setup.backend->image_bytes());
         if (observer.on_frame) {
-            observer.on_frame(frame, view);
+            if (Result<void> observed = observer.on_frame(frame, view, *plan); !observed) {
+                return tl::unexpected(std::move(observed).error());
+            }
         }
 
         const bool sample = next_sample != sampled.end() && *next_sample == frame;
@@ -301,6 +304,25 @@ Result<void> add_to_report(const WalkResult& result, RunReport& report) {
     report.work = counts;
     report.memory.image_bytes_peak = result.image_bytes_peak;
     return {};
+}
+
+Result<void> save_frames(const WalkResult& result, const std::filesystem::path& file) {
+    std::string text = "frame,frame_ms,plan_ms,reference_ms,psnr_db,triangles,image_quads,"
+                       "images_created,images_shown,image_bytes\n";
+    const auto cell = [](std::optional<double> value) {
+        return value ? std::to_string(*value) : std::string();
+    };
+    for (std::size_t i = 0; i < result.frames.size(); ++i) {
+        const WalkFrame& frame = result.frames[i];
+        text += std::to_string(i) + "," + cell(frame.frame_ms) + "," + cell(frame.plan_ms) + "," +
+                cell(frame.reference_ms) + "," + cell(frame.psnr_db) + "," +
+                std::to_string(frame.work.triangles) + "," +
+                std::to_string(frame.work.image_quads) + "," +
+                std::to_string(frame.cache.images_created) + "," +
+                std::to_string(frame.cache.images_shown) + "," +
+                std::to_string(frame.cache.image_bytes) + "\n";
+    }
+    return detail::write_text(file, text);
 }
 
 } // namespace farfield::eval

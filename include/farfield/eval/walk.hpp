@@ -11,6 +11,7 @@
 #include <farfield/technique/image_cache.hpp>
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <span>
@@ -75,8 +76,8 @@ struct WalkObserver {
     std::function<void(int frame, int frames)> on_progress;
     /// An error ends the walk.
     std::function<Result<void>(const WalkPictures&)> on_pictures;
-    /// After each frame was planned and drawn; the cache is still that of the frame.
-    std::function<void(int frame, const View&)> on_frame;
+    /// After each frame was planned and drawn; cache and plan are still those of the frame.
+    std::function<Result<void>(int frame, const View&, const FramePlan&)> on_frame;
 };
 
 namespace eval {
@@ -90,6 +91,11 @@ walk(const WalkSetup& setup, const WalkOptions& options, const WalkObserver& obs
 
 /// Fills the figures that a walk gives into a report: times, speed-up, image errors, work, memory.
 [[nodiscard]] Result<void> add_to_report(const WalkResult& result, RunReport& report);
+
+/// Writes a table of all frames: frame, frame_ms, plan_ms, reference_ms, psnr_db, triangles,
+/// image_quads, images_created, images_shown, image_bytes; cells of what was not measured are
+/// empty.
+[[nodiscard]] Result<void> save_frames(const WalkResult& result, const std::filesystem::path& file);
 
 } // namespace eval
 } // namespace farfield
