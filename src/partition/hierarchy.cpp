@@ -1,0 +1,405 @@
+#include "partition/checks.hpp"
+#include <farfield/partition/hierarchy.hpp>
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace farfield {
+
+namespace {
+
+using partition::detail::text;
+
+std::string node_name(std::size_t node) {
+    return "hierarchy: node " + std::to_string(node) + ": ";
+}
+
+tl::unexpected<Error>
+wrong(std::size_t node, const char* field, std::uint64_t value, std::uint64_t expected) {
+    return fail(
+        ErrorCode::bad_data,
+        node_name(node) + field + " is " + std::to_string(value) + ", expected " +
+            std::to_string(expected)
+    );
+}
+
+bool holds(const Box3f& outer, const Box3f& inner) {
+    return is_empty(inner) || (contains(outer, inner.lo) && contains(outer, inner.hi));
+}
+
+/// A box must be empty exactly where it has no contents, and finite otherwise.
+bool fits_count(const Box3f& box, std::uint32_t count) {
+    return count == 0 ? is_empty(box) : !is_empty(box) && is_finite(box);
+}
+
+Result<void> check_boxes(const Hierarchy& hierarchy, std::size_t index) {
+    const HierarchyNode& node = hierarchy.nodes[index];
+    if (!fits_count(node.items_box, node.item_count)) {
+        return fail(
+            ErrorCode::bad_data,
+            node_name(index) + "items_box does not fit item_count " +
+                std::to_string(node.item_count)
+        );
+    }
+    if (!fits_count(node.pieces_box, node.piece_count)) {
+        return fail(
+            ErrorCode::bad_data,
+            node_name(index) + "pieces_box does not fit piece_count " +
+                std::to_string(node.piece_count)
+        );
+    }
+    return {};
+}
+
+/// Pieces of a leaf lie inside the piece array (its ranges were checked on the way down).
+Result<void> check_leaf(const Hierarchy& hierarchy, std::size_t index) {
+    const HierarchyNode& node = hierarchy.nodes[index];
+    std::uint64_t primitives = 0;
+    for (std::uint32_t piece = 0; piece < node.piece_count; ++piece) {
+        primitives += hierarchy.pieces[node.first_piece + piece].count;
+    }
+    if (node.piece_primitives != primitives) {
+        return wrong(index, "piece_primitives", node.piece_primitives, primitives);
+    }
+    if (node.item_count == 0 && node.item_primitives != 0) {
+        return wrong(index, "item_primitives", node.item_primitives, 0);
+    }
+    return {};
+}
+
+Result<void> check_interior(const Hierarchy& hierarchy, std::size_t index) {
+    const std::vector<HierarchyNode>& nodes = hierarchy.nodes;
+    const HierarchyNode& node = nodes[index];
+    if (node.first_child <= index || node.first_child >= nodes.size() - 1) {
+        return fail(
+            ErrorCode::bad_data,
+            node_name(index) + "first_child is " + std::to_string(node.first_child) +
+                ", expected a pair after the node among " + std::to_string(nodes.size()) + " nodes"
+        );
+    }
+    // A plane's normal comes from a double one and is rounded once: its length is off by 1e-7.
+    constexpr float kUnit = 1e-5F;
+    const float length = glm::length(node.plane.normal);
+    if (!(std::abs(length - 1.0F) <= kUnit)) {
+        return fail(
+            ErrorCode::bad_data,
+            node_name(index) + "plane normal has length " + text(static_cast<double>(length)) +
+                ", expected 1"
+        );
+    }
+    if (!std::isfinite(node.plane.offset)) {
+        return fail(
+            ErrorCode::bad_data,
+            node_name(index) + "plane offset is " + text(static_cast<double>(node.plane.offset)) +
+                ", expected a finite number"
+        );
+    }
+    std::uint64_t items = node.first_item;
+    std::uint64_t pieces = node.first_piece;
+    std::uint64_t item_primitives = 0;
+    std::uint64_t piece_primitives = 0;
+    for (std::size_t child = node.first_child; child < node.first_child + 2ULL; ++child) {
+        const HierarchyNode& below = nodes[child];
+        if (below.parent != index) {
+            return wrong(child, "parent", below.parent, index);
+        }
+        if (below.first_item != items) {
+            return wrong(child, "first_item", below.first_item, items);
+        }
+        if (below.first_piece != pieces) {
+            return wrong(child, "first_piece", below.first_piece, pieces);
+        }
+        if (!holds(node.items_box, below.items_box) || !holds(node.pieces_box, below.pieces_box)) {
+            return fail(
+                ErrorCode::bad_data, node_name(child) + "a box reaches out of that of its parent"
+            );
+        }
+        items += below.item_count;
+        pieces += below.piece_count;
+        item_primitives += below.item_primitives;
+        piece_primitives += below.piece_primitives;
+    }
+    if (items != std::uint64_t{node.first_item} + node.item_count) {
+        return wrong(index, "item_count", node.item_count, items - node.first_item);
+    }
+    if (pieces != std::uint64_t{node.first_piece} + node.piece_count) {
+        return wrong(index, "piece_count", node.piece_count, pieces - node.first_piece);
+    }
+    if (node.item_primitives != item_primitives) {
+        return wrong(index, "item_primitives", node.item_primitives, item_primitives);
+    }
+    if (node.piece_primitives != piece_primitives) {
+        return wrong(index, "piece_primitives", node.piece_primitives, piece_primitives);
+    }
+    return {};
+}
+
+Result<void> check_root(const Hierarchy& hierarchy) {
+    if (hierarchy.nodes.empty()) {
+        return fail(ErrorCode::bad_data, "hierarchy: no nodes, expected at least the root");
+    }
+    for (const auto& [name, size] :
+         {std::pair{"nodes", hierarchy.nodes.size()},
+          std::pair{"items", hierarchy.items.size()},
+          std::pair{"pieces", hierarchy.pieces.size()},
+          std::pair{"primitives", hierarchy.primitives.size()}}) {
+        if (size > UINT32_MAX) {
+            return fail(
+                ErrorCode::bad_data,
+                std::string("hierarchy: ") + name + " has " + std::to_string(size) +
+                    " entries, expected at most 2^32 - 1"
+            );
+        }
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!std::isfinite(hierarchy.origin[axis])) {
+            return fail(
+                ErrorCode::bad_data,
+                "hierarchy: origin is " + text(hierarchy.origin[axis]) +
+                    " on an axis, expected a finite position"
+            );
+        }
+    }
+    if (!(hierarchy.inflation >= 0.0F && hierarchy.inflation <= 1.0F)) {
+        return fail(
+            ErrorCode::bad_data,
+            "hierarchy: inflation is " + text(static_cast<double>(hierarchy.inflation)) +
+                ", expected a number in [0, 1]"
+        );
+    }
+    const HierarchyNode& root = hierarchy.nodes.front();
+    if (root.parent != 0) {
+        return wrong(0, "parent", root.parent, 0);
+    }
+    if (root.first_item != 0) {
+        return wrong(0, "first_item", root.first_item, 0);
+    }
+    if (root.first_piece != 0) {
+        return wrong(0, "first_piece", root.first_piece, 0);
+    }
+    if (root.item_count != hierarchy.items.size()) {
+        return wrong(0, "item_count", root.item_count, hierarchy.items.size());
+    }
+    if (root.piece_count != hierarchy.pieces.size()) {
+        return wrong(0, "piece_count", root.piece_count, hierarchy.pieces.size());
+    }
+    return {};
+}
+
+/// Links, ranges, boxes, and what `quality` says of the shape.
+Result<void> check_nodes(const Hierarchy& hierarchy) {
+    const std::vector<HierarchyNode>& nodes = hierarchy.nodes;
+    std::vector<std::uint32_t> depths(nodes.size(), 0);
+    std::uint32_t deepest = 0;
+    std::uint32_t leaves = 0;
+    // Parents come before their children: whatever a node is indexed by here was checked when its
+    // parent was visited.
+    for (std::size_t index = 0; index < nodes.size(); ++index) {
+        const HierarchyNode& node = nodes[index];
+        if (index != 0) {
+            const std::size_t parent = node.parent;
+            if (parent >= index || is_leaf(nodes[parent]) ||
+                index - nodes[parent].first_child > 1) {
+                return fail(
+                    ErrorCode::bad_data,
+                    node_name(index) + "parent is " + std::to_string(parent) +
+                        ", which does not have it as a child"
+                );
+            }
+            depths[index] = depths[parent] + 1;
+            deepest = std::max(deepest, depths[index]);
+        }
+        if (auto checked = check_boxes(hierarchy, index); !checked) {
+            return checked;
+        }
+        auto checked =
+            is_leaf(node) ? check_leaf(hierarchy, index) : check_interior(hierarchy, index);
+        if (!checked) {
+            return checked;
+        }
+        leaves += is_leaf(node) ? 1U : 0U;
+    }
+    if (hierarchy.quality.depth != deepest) {
+        return fail(
+            ErrorCode::bad_data,
+            "hierarchy: quality.depth is " + std::to_string(hierarchy.quality.depth) +
+                ", expected " + std::to_string(deepest)
+        );
+    }
+    if (hierarchy.quality.leaves != leaves) {
+        return fail(
+            ErrorCode::bad_data,
+            "hierarchy: quality.leaves is " + std::to_string(hierarchy.quality.leaves) +
+                ", expected " + std::to_string(leaves)
+        );
+    }
+    return {};
+}
+
+/// Pieces follow each other without gaps in the primitive list.
+Result<void> check_pieces(const Hierarchy& hierarchy) {
+    std::uint64_t next = 0;
+    for (std::size_t index = 0; index < hierarchy.pieces.size(); ++index) {
+        const Piece& piece = hierarchy.pieces[index];
+        const std::string name = "hierarchy: piece " + std::to_string(index) + ": ";
+        if (piece.item == kNone<ItemId>) {
+            return fail(ErrorCode::bad_data, name + "item is none");
+        }
+        if (piece.first != next) {
+            return fail(
+                ErrorCode::bad_data,
+                name + "first is " + std::to_string(piece.first) + ", expected " +
+                    std::to_string(next)
+            );
+        }
+        if (piece.count == 0 || piece.count > hierarchy.primitives.size() - next) {
+            return fail(
+                ErrorCode::bad_data,
+                name + "count is " + std::to_string(piece.count) + ", expected 1 to " +
+                    std::to_string(hierarchy.primitives.size() - next)
+            );
+        }
+        next += piece.count;
+    }
+    if (next != hierarchy.primitives.size()) {
+        return fail(
+            ErrorCode::bad_data,
+            "hierarchy: primitives has " + std::to_string(hierarchy.primitives.size()) +
+                " entries, the pieces hold " + std::to_string(next)
+        );
+    }
+    constexpr std::size_t kBlock = Hierarchy::kBlockPrimitives;
+    const std::size_t blocks = (hierarchy.primitives.size() + kBlock - 1) / kBlock;
+    if (!hierarchy.block_boxes.empty() && hierarchy.block_boxes.size() != blocks) {
+        return fail(
+            ErrorCode::bad_data,
+            "hierarchy: block_boxes has " + std::to_string(hierarchy.block_boxes.size()) +
+                " entries, expected none or " + std::to_string(blocks)
+        );
+    }
+    for (std::size_t block = 0; block < hierarchy.block_boxes.size(); ++block) {
+        if (is_empty(hierarchy.block_boxes[block]) || !is_finite(hierarchy.block_boxes[block])) {
+            return fail(
+                ErrorCode::bad_data,
+                "hierarchy: block_boxes: box " + std::to_string(block) +
+                    " is empty or not finite, though it has primitives"
+            );
+        }
+    }
+    return {};
+}
+
+/// No item twice, whole or split; the primitives of each split item are 0 .. n - 1, once each.
+Result<void> check_membership(const Hierarchy& hierarchy) {
+    std::vector<ItemId> whole = hierarchy.items;
+    std::sort(whole.begin(), whole.end());
+    if (!whole.empty() && whole.back() == kNone<ItemId>) {
+        return fail(ErrorCode::bad_data, "hierarchy: items: an item is none");
+    }
+    if (const auto twice = std::adjacent_find(whole.begin(), whole.end()); twice != whole.end()) {
+        return fail(
+            ErrorCode::bad_data,
+            "hierarchy: items: item " + std::to_string(index_of(*twice)) + " lies in two places"
+        );
+    }
+
+    std::vector<std::uint32_t> by_item(hierarchy.pieces.size());
+    for (std::size_t index = 0; index < by_item.size(); ++index) {
+        by_item[index] = static_cast<std::uint32_t>(index);
+    }
+    std::sort(by_item.begin(), by_item.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return std::pair{hierarchy.pieces[a].item, a} < std::pair{hierarchy.pieces[b].item, b};
+    });
+    std::vector<std::uint32_t> leaf_of_piece(hierarchy.pieces.size());
+    for (std::size_t index = 0; index < hierarchy.nodes.size(); ++index) {
+        const HierarchyNode& node = hierarchy.nodes[index];
+        if (is_leaf(node)) {
+            std::fill_n(
+                leaf_of_piece.begin() + node.first_piece,
+                node.piece_count,
+                static_cast<std::uint32_t>(index)
+            );
+        }
+    }
+    std::vector<char> seen;
+    std::uint64_t split_objects = 0;
+    for (std::size_t begin = 0; begin < by_item.size();) {
+        const ItemId item = hierarchy.pieces[by_item[begin]].item;
+        const std::string name = "hierarchy: item " + std::to_string(index_of(item)) + ": ";
+        std::size_t end = begin;
+        std::uint64_t total = 0;
+        for (; end < by_item.size() && hierarchy.pieces[by_item[end]].item == item; ++end) {
+            total += hierarchy.pieces[by_item[end]].count;
+        }
+        if (std::binary_search(whole.begin(), whole.end(), item)) {
+            return fail(ErrorCode::bad_data, name + "whole in one leaf, split in another");
+        }
+        seen.assign(total, 0);
+        bool in_one_leaf = true;
+        for (std::size_t position = begin; position < end; ++position) {
+            const Piece& piece = hierarchy.pieces[by_item[position]];
+            in_one_leaf =
+                in_one_leaf && leaf_of_piece[by_item[position]] == leaf_of_piece[by_item[begin]];
+            for (std::uint32_t offset = 0; offset < piece.count; ++offset) {
+                const std::uint32_t primitive = hierarchy.primitives[piece.first + offset];
+                if (primitive >= total) {
+                    return fail(
+                        ErrorCode::bad_data,
+                        name + "primitive " + std::to_string(primitive) + ", though it has " +
+                            std::to_string(total)
+                    );
+                }
+                if (seen[primitive] != 0) {
+                    return fail(
+                        ErrorCode::bad_data,
+                        name + "primitive " + std::to_string(primitive) + " lies in two places"
+                    );
+                }
+                seen[primitive] = 1;
+            }
+        }
+        split_objects += in_one_leaf ? 0U : 1U;
+        begin = end;
+    }
+    if (hierarchy.quality.split_objects != split_objects) {
+        return fail(
+            ErrorCode::bad_data,
+            "hierarchy: quality.split_objects is " +
+                std::to_string(hierarchy.quality.split_objects) + ", expected " +
+                std::to_string(split_objects)
+        );
+    }
+    if (hierarchy.quality.cut_items > hierarchy.items.size()) {
+        return fail(
+            ErrorCode::bad_data,
+            "hierarchy: quality.cut_items is " + std::to_string(hierarchy.quality.cut_items) +
+                ", there are " + std::to_string(hierarchy.items.size()) + " items"
+        );
+    }
+    return {};
+}
+
+} // namespace
+
+std::uint64_t memory_bytes(const Hierarchy& hierarchy) noexcept {
+    return hierarchy.nodes.capacity() * sizeof(HierarchyNode) +
+           hierarchy.items.capacity() * sizeof(ItemId) +
+           hierarchy.pieces.capacity() * sizeof(Piece) +
+           hierarchy.primitives.capacity() * sizeof(std::uint32_t) +
+           hierarchy.block_boxes.capacity() * sizeof(Box3f);
+}
+
+Result<void> validate(const Hierarchy& hierarchy) {
+    for (const auto check : {check_root, check_pieces, check_nodes, check_membership}) {
+        if (auto checked = check(hierarchy); !checked) {
+            return checked;
+        }
+    }
+    return {};
+}
+
+} // namespace farfield
