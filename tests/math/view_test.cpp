@@ -164,7 +164,8 @@ TEST_CASE("Projection maps the frustum's corners to clip space, near to 1 and fa
     }
     // Depth falls with distance.
     float before = 2.0F;
-    for (float z = 0.5F; z <= 2000.0F; z *= 1.5F) {
+    for (int step = 0; step <= 20; ++step) {
+        const float z = 0.5F * std::pow(1.5F, static_cast<float>(step));
         const glm::vec4 clip = projection * glm::vec4(0.0F, 0.0F, -z, 1.0F);
         CHECK(clip.z / clip.w < before);
         before = clip.z / clip.w;

@@ -82,7 +82,8 @@ TEMPLATE_TEST_CASE("A safety distance grows with the angle allowed", "", float, 
         const T to_point = random.uniform(T(1), T(100));
         const T to_image = random.uniform(T(1), T(100));
         T before = 0;
-        for (T epsilon = T(1e-5); epsilon < T(3); epsilon *= T(1.5)) {
+        for (int step = 0; step <= 30; ++step) {
+            const T epsilon = T(1e-5) * std::pow(T(1.5), static_cast<T>(step));
             const T distance = metric::safety_distance_unchecked(to_point, to_image, epsilon);
             // Both are within 8 units of rounding of the exact values, which grow.
             CHECK(distance >= before * (1 - T(16 * kRoundoff<T>)));

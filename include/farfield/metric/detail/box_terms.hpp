@@ -21,18 +21,18 @@ namespace farfield::metric::detail {
 /// where e, u, m and D have been divided by powers of two that bring each to about 1.
 template <typename T>
 struct BoxTerms {
-    glm::vec<3, T> u_lo;     ///< lo - v
-    glm::vec<3, T> u_hi;     ///< hi - v
-    glm::vec<3, T> m;        ///< v - v0
-    glm::vec<3, T> e_lo;     ///< n_i (c_i - lo_i)
-    glm::vec<3, T> e_hi;     ///< n_i (c_i - hi_i)
-    glm::vec<3, T> bend;     ///< n_i (hi_i - lo_i)^2 / 4, in units of e times u
-    T depth = 0;             ///< D > 0
-    T depth_terms_bound = 0; ///< |n| |c - v0|, no less than the terms of D
-    T e_terms_bound = 0;     ///< |n| times the largest |c_i - a_i| on each axis
-    T e_sum = 0;             ///< no less than |e| anywhere in the box; 0: the box is in the plane
-    int exponent = 0;        ///< of r
-    bool hidden = false;     ///< the viewer is in the box, or in or behind the image plane
+    glm::vec<3, T> u_lo{T(0)}; ///< lo - v
+    glm::vec<3, T> u_hi{T(0)}; ///< hi - v
+    glm::vec<3, T> m{T(0)};    ///< v - v0
+    glm::vec<3, T> e_lo{T(0)}; ///< n_i (c_i - lo_i)
+    glm::vec<3, T> e_hi{T(0)}; ///< n_i (c_i - hi_i)
+    glm::vec<3, T> bend{T(0)}; ///< n_i (hi_i - lo_i)^2 / 4, in units of e times u
+    T depth = 0;               ///< D > 0
+    T depth_terms_bound = 0;   ///< |n| |c - v0|, no less than the terms of D
+    T e_terms_bound = 0;       ///< |n| times the largest |c_i - a_i| on each axis
+    T e_sum = 0;               ///< no less than |e| anywhere in the box; 0: the box is in the plane
+    int exponent = 0;          ///< of r
+    bool hidden = false;       ///< the viewer is in the box, or in or behind the image plane
 };
 
 /// @pre check(image, box) == MetricOutcome::ok and the viewer is finite

@@ -64,7 +64,7 @@ template <typename T>
 /// for none but the zero vector.
 template <typename T>
 struct ScaledVector {
-    glm::vec<3, T> direction;
+    glm::vec<3, T> direction{T(0)};
     int exponent = 0;
 };
 
