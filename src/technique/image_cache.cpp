@@ -75,6 +75,14 @@ float nearest_depth(const Box3f& box, const Frame& frame) noexcept {
     return glm::dot(nearest - frame.eye, frame.forward);
 }
 
+Region with_border(const Region& region) noexcept {
+    return {
+        region.x - kBorder,
+        region.y - kBorder,
+        region.width + 2 * kBorder,
+        region.height + 2 * kBorder};
+}
+
 /// Pixels of the view's own grid that the box may touch, rounded outwards; y up.
 /// @pre the whole box is before the eye
 Region project(const Box3f& box, const Frame& frame) noexcept {
@@ -195,6 +203,8 @@ struct ImageCache::Impl {
     void for_blocks(std::uint32_t index, const Box3f& box, bool under_images, const Use& use)
         const noexcept;
     void write_contents(std::uint32_t index, bool baking) noexcept;
+    /// Takes back what a subtree did, where an image stands for it.
+    void leave_untouched(std::uint32_t index) noexcept;
     void order_passes() noexcept;
     void place_in_scratch(Pass& pass, std::uint32_t& batch) noexcept;
 
@@ -397,7 +407,7 @@ void ImageCache::Impl::decide(std::uint32_t index) noexcept {
     if (rectangle.width > widest || rectangle.height > highest) {
         return;
     }
-    const std::uint64_t texels = area(rectangle);
+    const std::uint64_t texels = area(with_border(rectangle));
     const double show_s = image_cost(options.costs, static_cast<double>(texels));
     double create_s = creation_cost(options.costs, state.bake_s, texels);
     if (!policy::image_pays(create_s, show_s, state.draw_s, life)) {
@@ -433,14 +443,13 @@ bool ImageCache::Impl::make_image(
 ) noexcept {
     NodeState& state = states[index];
     if (state.image != ImageStore::kNoImage) {
-        store.release(state.image);
+        // It may have made room for the images of the children.
+        if (store.holds(state.image, index)) {
+            store.release(state.image);
+        }
         state.image = ImageStore::kNoImage;
     }
-    const Region bordered{
-        rectangle.x - kBorder,
-        rectangle.y - kBorder,
-        rectangle.width + 2 * kBorder,
-        rectangle.height + 2 * kBorder};
+    const Region bordered = with_border(rectangle);
     const std::uint32_t slot =
         store.create(index, bordered.width, bordered.height, frame.number, plan.pages);
     statistics.images_evicted += store.take_evictions();
@@ -483,16 +492,19 @@ bool ImageCache::Impl::make_image(
     }
     pass.copy_page = image.page;
     pass.copy = image.region;
+    const std::size_t quads_before = plan.quads.size();
     writer.open();
     write_image_contents(index, box);
     writer.close(pass);
     pass_levels.push_back(state.level);
+    if (!is_leaf(node(index))) {
+        leave_untouched(node(index).first_child);
+        leave_untouched(node(index).first_child + 1);
+    }
 
     ++statistics.images_created;
     statistics.texels_created += area(bordered);
-    if (!is_leaf(node(index))) {
-        ++statistics.images_combined;
-    }
+    statistics.images_combined += plan.quads.size() > quads_before ? 1U : 0U;
     return true;
 }
 
@@ -618,9 +630,15 @@ void ImageCache::Impl::write_contents(std::uint32_t index, bool baking) noexcept
     if (status == NodeStatus::culled && !baking) {
         return;
     }
-    if (state.shows_image) {
+    // The image of a culled node is not in use until it is baked and may have made room for others.
+    if (state.shows_image && store.holds(state.image, index)) {
+        const CachedImage& image = store.image(state.image);
         store.touch(state.image, frame.number);
-        writer.image(quad_of(store.image(state.image)));
+        writer.image(quad_of(image));
+        if (!baking) {
+            ++statistics.images_shown;
+            statistics.images_reused += image.made_frame < frame.number ? 1U : 0U;
+        }
         return;
     }
     if (status == NodeStatus::recursed) {
@@ -629,6 +647,7 @@ void ImageCache::Impl::write_contents(std::uint32_t index, bool baking) noexcept
         write_contents(here.first_child + 1 - far, baking);
         return;
     }
+    statistics.geometry_leaves += baking ? 0U : 1U;
     writer.items(here.first_item, here.item_count);
     if (with_surfaces()) {
         writer.pieces(
@@ -636,12 +655,26 @@ void ImageCache::Impl::write_contents(std::uint32_t index, bool baking) noexcept
         );
         if (is_leaf(here) && here.piece_count > 0) {
             // Images before it may have moved away from its edge by the threshold.
-            plan.clips.push_back(unite(here.items_box, surface_clip(here)));
-            const auto clip = static_cast<std::uint32_t>(plan.clips.size() - 1);
-            for_overlap(index, plan.clips[clip], true, [&](const Piece& run) {
+            const Box3f box = unite(here.items_box, surface_clip(here));
+            const auto clip = static_cast<std::uint32_t>(plan.clips.size());
+            for_overlap(index, box, true, [&](const Piece& run) {
+                if (plan.clips.size() == clip) {
+                    plan.clips.push_back(box);
+                }
                 writer.piece(run, clip);
             });
         }
+    }
+}
+
+void ImageCache::Impl::leave_untouched(std::uint32_t index) noexcept {
+    if (statuses[index] == NodeStatus::untouched) {
+        return;
+    }
+    statuses[index] = NodeStatus::untouched;
+    if (!is_leaf(node(index))) {
+        leave_untouched(node(index).first_child);
+        leave_untouched(node(index).first_child + 1);
     }
 }
 
@@ -740,20 +773,7 @@ const FramePlan& ImageCache::plan(const View& view, const Motion& motion) noexce
     }
     impl.writer.close(frame_pass(view, frame_batch));
 
-    ImageCacheStatistics& statistics = impl.statistics;
-    for (const NodeStatus status : impl.statuses) {
-        statistics.images_shown += status == NodeStatus::image ? 1U : 0U;
-        statistics.geometry_leaves += status == NodeStatus::geometry ? 1U : 0U;
-    }
-    std::uint32_t shown_new = 0;
-    for (std::size_t i = 0; i < impl.statuses.size(); ++i) {
-        if (impl.statuses[i] == NodeStatus::image &&
-            impl.store.image(impl.states[i].image).made_frame == impl.frame.number) {
-            ++shown_new;
-        }
-    }
-    statistics.images_reused = statistics.images_shown - shown_new;
-    impl.store.report(statistics);
+    impl.store.report(impl.statistics);
     return impl.plan;
 }
 

@@ -1,0 +1,437 @@
+#include "technique/plan_replay.hpp"
+
+#include <farfield/math/frustum.hpp>
+#include <farfield/metric/angular_discrepancy.hpp>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+namespace farfield::support {
+
+namespace {
+
+std::uint64_t bytes_of(const PageUpdate& page) {
+    const auto texels =
+        static_cast<std::uint64_t>(page.size) * static_cast<std::uint64_t>(page.size);
+    return texels * (page.scratch ? 8U * static_cast<std::uint64_t>(page.samples) : 4U);
+}
+
+bool all_different(std::vector<std::uint32_t> numbers) {
+    std::sort(numbers.begin(), numbers.end());
+    return std::adjacent_find(numbers.begin(), numbers.end()) == numbers.end();
+}
+
+} // namespace
+
+PlanReplay::PlanReplay(const Hierarchy& hierarchy, const Options& options)
+    : hierarchy_(&hierarchy), options_(options), leaf_of_primitive_(hierarchy.primitives.size()),
+      ranks_(hierarchy.nodes.size()), last_ranks_(hierarchy.nodes.size()) {
+    for (std::uint32_t index = 0; index < hierarchy.nodes.size(); ++index) {
+        const HierarchyNode& node = hierarchy.nodes[index];
+        if (!is_leaf(node)) {
+            continue;
+        }
+        for (std::uint32_t i = 0; i < node.item_count; ++i) {
+            const std::size_t item = index_of(hierarchy.items[node.first_item + i]);
+            leaf_of_item_.resize(std::max(leaf_of_item_.size(), item + 1));
+            leaf_of_item_[item] = index;
+        }
+        for (std::uint32_t i = 0; i < node.piece_count; ++i) {
+            const Piece& piece = hierarchy.pieces[node.first_piece + i];
+            std::fill_n(leaf_of_primitive_.begin() + piece.first, piece.count, index);
+        }
+    }
+}
+
+void PlanReplay::broken(const std::string& what) const {
+    throw std::runtime_error("plan " + std::to_string(plans_) + ": " + what);
+}
+
+void PlanReplay::update_pages(const FramePlan& plan) {
+    for (const PageUpdate& update : plan.pages) {
+        const std::size_t page = index_of(update.page);
+        const auto old = pages_.find(page);
+        if (old != pages_.end()) {
+            bytes_ -= bytes_of(old->second);
+            pages_.erase(old);
+            for (auto image = images_.begin(); image != images_.end();) {
+                image = std::get<0>(image->first) == page ? images_.erase(image) : ++image;
+            }
+        }
+        if (update.action == PageUpdate::Action::create) {
+            if (update.size < 64 || (!update.scratch && update.samples != 1)) {
+                broken("a page is smaller than 64 texels, or multisampled");
+            }
+            pages_[page] = update;
+            bytes_ += bytes_of(update);
+        }
+        if (bytes_ > options_.budget_bytes) {
+            broken("pages exceed the budget");
+        }
+    }
+}
+
+void PlanReplay::read_pieces(
+    const FramePlan& plan, const Command& command, std::vector<std::uint32_t>& leaves
+) const {
+    for (std::uint32_t i = 0; i < command.piece_count; ++i) {
+        const Piece& piece = plan.pieces[command.first_piece + i];
+        for (std::uint32_t primitive = piece.first; primitive < piece.first + piece.count;) {
+            // A piece of the plan is a run of whole pieces of leaves.
+            const std::uint32_t leaf = leaf_of_primitive_.at(primitive);
+            const HierarchyNode& node = hierarchy_->nodes[leaf];
+            const auto begin = hierarchy_->pieces.begin() + node.first_piece;
+            const auto found =
+                std::find_if(begin, begin + node.piece_count, [&](const Piece& candidate) {
+                    return candidate.first == primitive && candidate.item == piece.item;
+                });
+            if (found == begin + node.piece_count ||
+                primitive + found->count > piece.first + piece.count) {
+                broken("a piece does not consist of whole pieces of leaves");
+            }
+            if (found == begin) {
+                leaves.push_back(leaf);
+            } else if (leaves.empty() || leaves.back() != leaf) {
+                broken("pieces of a leaf are torn apart");
+            }
+            primitive += found->count;
+        }
+    }
+}
+
+PlanReplay::Contents PlanReplay::read(const FramePlan& plan, const Pass& pass) {
+    const bool frame = pass.page == kNone<PageId>;
+    const bool ordered = !frame || [&] {
+        // A frame without images is the baseline's and may have the opposite order.
+        for (std::uint32_t c = 0; c < pass.command_count; ++c) {
+            if (plan.commands[pass.first_command + c].kind == Command::Kind::images) {
+                return true;
+            }
+        }
+        return false;
+    }();
+    std::uint32_t next_rank = 0;
+    rank_leaves(0, glm::vec3(pass.view.eye - hierarchy_->origin), next_rank);
+    std::int64_t drawn_to = -1; // greatest rank drawn by the commands before
+    Contents contents;
+    std::vector<std::uint32_t> masked;
+    for (std::uint32_t c = 0; c < pass.command_count; ++c) {
+        const Command& command = plan.commands[pass.first_command + c];
+        if (command.kind == Command::Kind::images) {
+            for (std::uint32_t i = 0; i < command.count; ++i) {
+                const ImageQuad& quad = plan.quads[command.first + i];
+                const Region& source = quad.source;
+                const Place place{
+                    index_of(quad.page), source.x, source.y, source.width, source.height};
+                const auto found = images_.find(place);
+                if (found == images_.end()) {
+                    broken("a quad shows texels that are no image, or no longer");
+                }
+                const ImagePtr& image = found->second;
+                if (image->view.lens.near_distance > quad.depth) {
+                    broken("a quad is before the near plane");
+                }
+                sampled_.emplace_back(place, image);
+                contents.images.push_back(image);
+                contents.items.insert(
+                    contents.items.end(), image->items.begin(), image->items.end()
+                );
+                contents.pieces.insert(
+                    contents.pieces.end(), image->pieces.begin(), image->pieces.end()
+                );
+                if (ranks_[image->node] <= drawn_to) {
+                    broken("an image is drawn after something that is nearer");
+                }
+                drawn_to = last_ranks_[image->node];
+            }
+            continue;
+        }
+        if (command.kind == Command::Kind::mask) {
+            if (frame || options_.surfaces != SurfacePlacement::first || command.count > 0) {
+                broken("a mask where none belongs");
+            }
+            read_pieces(plan, command, masked);
+            continue;
+        }
+        if (command.clip != Command::kNoClip) {
+            // The overlap with neighbours, which hides cracks.
+            if (options_.surfaces != SurfacePlacement::in_images || command.count > 0 ||
+                command.clip >= plan.clips.size()) {
+                broken("a clipped command where none belongs");
+            }
+            continue;
+        }
+        const std::size_t items_before = contents.items.size();
+        for (std::uint32_t i = 0; i < command.count; ++i) {
+            const std::uint32_t leaf = leaf_of_item_.at(index_of(plan.items[command.first + i]));
+            if (contents.items.size() == items_before || contents.items.back() != leaf) {
+                // The items of a leaf come together and in their order.
+                const HierarchyNode& node = hierarchy_->nodes[leaf];
+                const bool whole = i + node.item_count <= command.count &&
+                                   std::equal(
+                                       plan.items.begin() + command.first + i,
+                                       plan.items.begin() + command.first + i + node.item_count,
+                                       hierarchy_->items.begin() + node.first_item
+                                   );
+                if (!whole) {
+                    broken("the items of a leaf are torn apart");
+                }
+                contents.items.push_back(leaf);
+            }
+        }
+        const std::size_t pieces_before = contents.pieces.size();
+        read_pieces(plan, command, contents.pieces);
+        const bool surfaces_apart = frame && options_.surfaces == SurfacePlacement::first;
+        std::vector<std::uint32_t> leaves(
+            contents.items.begin() + static_cast<std::ptrdiff_t>(items_before), contents.items.end()
+        );
+        if (!surfaces_apart) {
+            leaves.insert(
+                leaves.end(),
+                contents.pieces.begin() + static_cast<std::ptrdiff_t>(pieces_before),
+                contents.pieces.end()
+            );
+        }
+        // Within a command depth is tested and written, so its own order is free.
+        const std::int64_t before = drawn_to;
+        for (const std::uint32_t leaf : leaves) {
+            if (ordered && ranks_[leaf] <= before) {
+                broken("geometry is drawn after something that is nearer");
+            }
+            drawn_to = std::max(drawn_to, static_cast<std::int64_t>(ranks_[leaf]));
+        }
+    }
+    if (!all_different(contents.items) || !all_different(contents.pieces)) {
+        broken("a leaf is shown twice");
+    }
+    if (!frame && options_.surfaces == SurfacePlacement::first) {
+        const HierarchyNode& node = hierarchy_->nodes[common_node(contents)];
+        std::uint64_t primitives = 0;
+        for (const std::uint32_t leaf : masked) {
+            primitives += hierarchy_->nodes[leaf].piece_primitives;
+        }
+        if (!all_different(masked) || primitives != node.piece_primitives) {
+            broken("the mask of an image is not the surface of its node");
+        }
+    }
+    return contents;
+}
+
+void PlanReplay::rank_leaves(std::uint32_t index, const glm::vec3& eye, std::uint32_t& next) {
+    const HierarchyNode& node = hierarchy_->nodes[index];
+    ranks_[index] = next;
+    if (is_leaf(node)) {
+        ++next;
+    } else {
+        const unsigned far = far_child(node, eye);
+        rank_leaves(node.first_child + far, eye, next);
+        rank_leaves(node.first_child + 1 - far, eye, next);
+    }
+    last_ranks_[index] = next - 1;
+}
+
+std::uint32_t PlanReplay::common_node(const Contents& contents) const {
+    std::vector<std::uint32_t> nodes = contents.items;
+    nodes.insert(nodes.end(), contents.pieces.begin(), contents.pieces.end());
+    if (nodes.empty()) {
+        broken("an image of nothing");
+    }
+    // Parents have smaller numbers: replacing the greatest by its parent ends at the common one.
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    while (nodes.size() > 1) {
+        const std::uint32_t parent = hierarchy_->nodes[nodes.back()].parent;
+        nodes.pop_back();
+        const auto place = std::lower_bound(nodes.begin(), nodes.end(), parent);
+        if (place == nodes.end() || *place != parent) {
+            nodes.insert(place, parent);
+        }
+    }
+    return nodes[0];
+}
+
+void PlanReplay::make_image(const FramePlan& plan, const Pass& pass, Contents contents) {
+    const auto scratch = pages_.find(index_of(pass.page));
+    const auto page = pages_.find(index_of(pass.copy_page));
+    if (scratch == pages_.end() || !scratch->second.scratch || page == pages_.end() ||
+        page->second.scratch) {
+        broken("an image is made in, or copied to, a page that does not exist or is of no use");
+    }
+    const auto whole = [](const PageUpdate& update) {
+        return Region{0, 0, update.size, update.size};
+    };
+    if (!contains(whole(scratch->second), pass.scissor) ||
+        !contains(whole(page->second), pass.copy) || pass.copy.width != pass.scissor.width ||
+        pass.copy.height != pass.scissor.height || area(pass.copy) == 0) {
+        broken("an image leaves its page, or changes its size");
+    }
+    auto image = std::make_shared<ReplayedImage>();
+    image->node = common_node(contents);
+    image->frame = plans_;
+    image->view = plan.passes.back().view;
+    image->viewpoint = glm::vec3(pass.view.eye - hierarchy_->origin);
+    image->items = std::move(contents.items);
+    image->pieces = std::move(contents.pieces);
+    image->nested = std::move(contents.images);
+    for (const ImagePtr& nested : image->nested) {
+        image->baked_rad = std::max(image->baked_rad, error_rad(*nested, image->viewpoint));
+    }
+    std::uint64_t item_primitives = 0;
+    std::uint64_t piece_primitives = 0;
+    for (const std::uint32_t leaf : image->items) {
+        item_primitives += hierarchy_->nodes[leaf].item_primitives;
+    }
+    for (const std::uint32_t leaf : image->pieces) {
+        piece_primitives += hierarchy_->nodes[leaf].piece_primitives;
+    }
+    const HierarchyNode& node = hierarchy_->nodes[image->node];
+    const bool with_pieces = options_.surfaces == SurfacePlacement::in_images;
+    if (item_primitives != node.item_primitives ||
+        piece_primitives != (with_pieces ? node.piece_primitives : 0U)) {
+        broken("an image does not show the whole of its node");
+    }
+    const Place place{
+        index_of(pass.copy_page), pass.copy.x, pass.copy.y, pass.copy.width, pass.copy.height};
+    for (auto old = images_.begin(); old != images_.end();) {
+        const auto& [id, x, y, width, height] = old->first;
+        const bool overwritten =
+            id == index_of(pass.copy_page) && overlaps(Region{x, y, width, height}, pass.copy);
+        old = overwritten ? images_.erase(old) : ++old;
+    }
+    place_of_node_[image->node] = place;
+    images_[place] = std::move(image);
+}
+
+void PlanReplay::check_frame(const FramePlan& plan, const Pass& pass, const Contents& contents)
+    const {
+    if (pass.viewport != Region{0, 0, pass.view.width, pass.view.height} ||
+        pass.scissor != pass.viewport || pass.copy_page != kNone<PageId>) {
+        broken("the frame pass does not cover the frame");
+    }
+    std::vector<bool> items(hierarchy_->nodes.size());
+    std::vector<bool> pieces(hierarchy_->nodes.size());
+    for (const std::uint32_t leaf : contents.items) {
+        items[leaf] = true;
+    }
+    for (const std::uint32_t leaf : contents.pieces) {
+        pieces[leaf] = true;
+    }
+    // Culled as a part of a larger box, a leaf may be lost by the rounding of distances from
+    // planes: a few units in the last place of the numbers that are added up.
+    Frustum frustum = make_frustum(pass.view, plan.origin);
+    const Box3f all = bounds(hierarchy_->nodes[0]);
+    const float reach = glm::length(glm::max(glm::abs(all.lo), glm::abs(all.hi)));
+    for (Plane& plane : frustum.planes) {
+        constexpr float kUnits = 8.0F * std::numeric_limits<float>::epsilon();
+        plane.offset += kUnits * (std::abs(plane.offset) + reach);
+    }
+    for (std::size_t index = 0; index < hierarchy_->nodes.size(); ++index) {
+        const HierarchyNode& node = hierarchy_->nodes[index];
+        if (!is_leaf(node)) {
+            continue;
+        }
+        const bool items_missing = !items[index] && node.item_count > 0 &&
+                                   classify(frustum, node.items_box) != Overlap::outside;
+        const bool pieces_missing = !pieces[index] && node.piece_count > 0 &&
+                                    classify(frustum, node.pieces_box) != Overlap::outside;
+        if (items_missing || pieces_missing) {
+            broken("leaf " + std::to_string(index) + " is in the frustum and not shown");
+        }
+    }
+    for (const ImagePtr& image : contents.images) {
+        const View& view = image->view;
+        if (view.lens != pass.view.lens || view.width != pass.view.width ||
+            view.height != pass.view.height) {
+            broken("an image was made for another lens or resolution");
+        }
+    }
+}
+
+void PlanReplay::execute(const FramePlan& plan) {
+    ++plans_;
+    if (plan.origin != hierarchy_->origin || plan.passes.empty()) {
+        broken("no pass, or another origin");
+    }
+    update_pages(plan);
+    sampled_.clear();
+    std::vector<std::pair<const Pass*, Contents>> batch;
+    const auto end_batch = [&] {
+        for (auto& [pass, contents] : batch) {
+            make_image(plan, *pass, std::move(contents));
+        }
+        batch.clear();
+    };
+    for (std::size_t index = 0; index < plan.passes.size(); ++index) {
+        const Pass& pass = plan.passes[index];
+        if (!validate(pass.view)) {
+            broken("a pass has no valid view");
+        }
+        if (!batch.empty()) {
+            const std::uint32_t running = batch.back().first->batch;
+            if (pass.batch < running) {
+                broken("batches go backwards");
+            }
+            if (pass.batch > running) {
+                end_batch();
+            }
+        }
+        const bool frame = pass.page == kNone<PageId>;
+        if (frame != (index + 1 == plan.passes.size()) || (frame && !batch.empty())) {
+            broken("the frame is not the last pass, in a batch of its own");
+        }
+        Contents contents = read(plan, pass);
+        if (frame) {
+            check_frame(plan, pass, contents);
+            shown_ = std::move(contents.images);
+            break;
+        }
+        for (const auto& [other, unused] : batch) {
+            if (overlaps(other->scissor, pass.scissor)) {
+                broken("passes of one batch overlap");
+            }
+        }
+        batch.emplace_back(&pass, std::move(contents));
+    }
+    for (const auto& [place, image] : sampled_) {
+        const auto now = images_.find(place);
+        if (now == images_.end() || now->second != image) {
+            broken("an image was overwritten by the plan that samples it");
+        }
+    }
+}
+
+std::shared_ptr<const ReplayedImage> PlanReplay::image_of(std::uint32_t node) const {
+    const auto place = place_of_node_.find(node);
+    if (place == place_of_node_.end()) {
+        return nullptr;
+    }
+    const auto image = images_.find(place->second);
+    return image != images_.end() && image->second->node == node ? image->second : nullptr;
+}
+
+Box3f PlanReplay::contents_box(std::uint32_t node) const {
+    const HierarchyNode& of = hierarchy_->nodes[node];
+    return options_.surfaces == SurfacePlacement::first ? of.items_box : bounds(of);
+}
+
+double PlanReplay::own_error_rad(const ReplayedImage& image, const glm::vec3& eye) const {
+    const Box3f box = contents_box(image.node);
+    const ImagePlane<double> plane{
+        .viewpoint = glm::dvec3(image.viewpoint),
+        .point = glm::dvec3(center(box)),
+        .normal = image.view.camera_to_world[2]};
+    const Box3d wide{glm::dvec3(box.lo), glm::dvec3(box.hi)};
+    return metric::corner_discrepancy_unchecked(plane, wide, glm::dvec3(eye));
+}
+
+double PlanReplay::error_rad(const ReplayedImage& image, const glm::vec3& eye) const {
+    return own_error_rad(image, eye) + image.baked_rad;
+}
+
+} // namespace farfield::support

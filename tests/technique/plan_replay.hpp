@@ -1,0 +1,107 @@
+#pragma once
+
+#include <farfield/gpu/frame_plan.hpp>
+#include <farfield/math/view.hpp>
+#include <farfield/partition/hierarchy.hpp>
+#include <farfield/technique/image_cache.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace farfield::support {
+
+/// What an image shows, found out from the plan that made it.
+struct ReplayedImage {
+    std::uint32_t node = 0;
+    std::uint64_t frame = 0;           ///< plan that made it
+    View view;                         ///< of the pass that made it
+    glm::vec3 viewpoint{0.0F};         ///< eye relative to the hierarchy's origin
+    std::vector<std::uint32_t> items;  ///< leaves whose items it shows, in order
+    std::vector<std::uint32_t> pieces; ///< leaves whose pieces it shows, in order
+    std::vector<std::shared_ptr<const ReplayedImage>> nested;
+    double baked_rad = 0.0; ///< largest error of the nested ones at the viewpoint
+};
+
+/// Executes plans on paper: follows what every texel of every page holds and what the frame shows,
+/// and throws a std::runtime_error, which fails the test, where a plan breaks its contract:
+///
+/// - pages exist when they are used, and never take more bytes together than the budget;
+/// - passes of one batch are disjoint, batches follow each other, the frame is the last one alone;
+/// - every image sampled is one that was made, as a whole, in an earlier batch or plan with the
+///   same lens and resolution, and is still there when the plan is over;
+/// - an image shows all of one node and nothing else;
+/// - images and geometry are drawn back to front, in the frame and in images;
+/// - what is in the frustum is shown exactly once, and nothing is shown twice.
+class PlanReplay {
+  public:
+    struct Options {
+        std::uint64_t budget_bytes = UINT64_MAX;
+        SurfacePlacement surfaces = SurfacePlacement::first;
+    };
+    PlanReplay(const Hierarchy& hierarchy, const Options& options);
+
+    void execute(const FramePlan& plan);
+
+    /// Images in the last frame, back to front.
+    [[nodiscard]] const std::vector<std::shared_ptr<const ReplayedImage>>& shown() const {
+        return shown_;
+    }
+    /// The newest image made of a node, unless something has been written over it; or nothing.
+    [[nodiscard]] std::shared_ptr<const ReplayedImage> image_of(std::uint32_t node) const;
+
+    /// Error of an image seen from `eye`: the corner estimate for its own contents plus what nested
+    /// images brought with them, in double. Exact where surfaces do not overlap. [rad]
+    [[nodiscard]] double error_rad(const ReplayedImage& image, const glm::vec3& eye) const;
+
+    /// The same without nested images.
+    [[nodiscard]] double own_error_rad(const ReplayedImage& image, const glm::vec3& eye) const;
+
+    [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+    [[nodiscard]] std::uint64_t plans() const { return plans_; }
+
+  private:
+    using ImagePtr = std::shared_ptr<const ReplayedImage>;
+    using Place = std::tuple<std::size_t, std::int32_t, std::int32_t, std::int32_t, std::int32_t>;
+
+    /// What one pass draws.
+    struct Contents {
+        std::vector<std::uint32_t> items;
+        std::vector<std::uint32_t> pieces;
+        std::vector<ImagePtr> images;
+    };
+
+    [[noreturn]] void broken(const std::string& what) const;
+    void update_pages(const FramePlan& plan);
+    [[nodiscard]] Contents read(const FramePlan& plan, const Pass& pass);
+    void read_pieces(
+        const FramePlan& plan, const Command& command, std::vector<std::uint32_t>& leaves
+    ) const;
+    void make_image(const FramePlan& plan, const Pass& pass, Contents contents);
+    void check_frame(const FramePlan& plan, const Pass& pass, const Contents& contents) const;
+    [[nodiscard]] std::uint32_t common_node(const Contents& contents) const;
+    void rank_leaves(std::uint32_t node, const glm::vec3& eye, std::uint32_t& next);
+    [[nodiscard]] Box3f contents_box(std::uint32_t node) const;
+
+    const Hierarchy* hierarchy_;
+    Options options_;
+    std::vector<std::uint32_t> leaf_of_item_;
+    std::vector<std::uint32_t> leaf_of_primitive_; ///< by position in `Hierarchy::primitives`
+    std::vector<std::uint32_t> ranks_;             ///< of leaves, back to front; least of a node
+    std::vector<std::uint32_t> last_ranks_;        ///< greatest of a node
+    std::map<std::size_t, PageUpdate> pages_;
+    std::map<Place, ImagePtr> images_;
+    std::map<std::uint32_t, Place> place_of_node_;
+    std::vector<std::pair<Place, ImagePtr>> sampled_;
+    std::vector<ImagePtr> shown_;
+    std::uint64_t bytes_ = 0;
+    std::uint64_t plans_ = 0;
+};
+
+} // namespace farfield::support
