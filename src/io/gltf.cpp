@@ -18,6 +18,7 @@
 #include <cstring>
 #include <map>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 namespace farfield::io {
@@ -247,7 +248,10 @@ struct VertexAccessors {
     int color = -1;
     int texcoord = -1;
 
-    friend auto operator<=>(const VertexAccessors&, const VertexAccessors&) = default;
+    friend bool operator<(const VertexAccessors& a, const VertexAccessors& b) noexcept {
+        return std::tie(a.position, a.normal, a.color, a.texcoord) <
+               std::tie(b.position, b.normal, b.color, b.texcoord);
+    }
 };
 
 int find_attribute(const tinygltf::Primitive& primitive, const std::string& name) {
@@ -346,7 +350,7 @@ class GltfReader {
     // Data
 
     /// The bytes of a buffer view.
-    Result<std::string_view> view_bytes(int index, const std::string& where) const {
+    [[nodiscard]] Result<std::string_view> view_bytes(int index, const std::string& where) const {
         if (index < 0 || static_cast<std::size_t>(index) >= model_.bufferViews.size()) {
             return bad(
                 where + " has buffer view " + std::to_string(index) + " of " +
@@ -373,7 +377,7 @@ class GltfReader {
         );
     }
 
-    Result<AccessorView> view_accessor(int index, const std::string& where) const {
+    [[nodiscard]] Result<AccessorView> view_accessor(int index, const std::string& where) const {
         if (index < 0 || static_cast<std::size_t>(index) >= model_.accessors.size()) {
             return bad(
                 where + " is accessor " + std::to_string(index) + " of " +
@@ -406,7 +410,8 @@ class GltfReader {
         view.component_type = accessor.componentType;
         view.components = components;
         view.normalized = accessor.normalized;
-        const auto element = static_cast<std::size_t>(component_size * components);
+        const auto element =
+            static_cast<std::size_t>(component_size) * static_cast<std::size_t>(components);
         const std::size_t stride =
             model_.bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteStride;
         view.stride = stride == 0 ? element : stride;
@@ -626,7 +631,7 @@ class GltfReader {
     }
 
     /// An attribute beside the positions: as many elements, `least` to `most` components.
-    Result<AccessorView> view_attribute(
+    [[nodiscard]] Result<AccessorView> view_attribute(
         int accessor, const std::string& where, std::size_t count, int least, int most
     ) const {
         auto view = view_accessor(accessor, where);
@@ -828,7 +833,7 @@ class GltfReader {
     }
 
     /// Nodes of the scene to show: the default one, else the first, else all without a parent.
-    std::vector<int> root_nodes() const {
+    [[nodiscard]] std::vector<int> root_nodes() const {
         const std::size_t shown =
             model_.defaultScene >= 0 ? static_cast<std::size_t>(model_.defaultScene) : 0;
         if (shown < model_.scenes.size()) {
@@ -857,6 +862,7 @@ class GltfReader {
         std::vector<Visit> open;
         std::vector<int> roots = root_nodes();
         std::reverse(roots.begin(), roots.end());
+        open.reserve(roots.size());
         for (const int root : roots) {
             open.push_back({root});
         }

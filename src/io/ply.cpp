@@ -242,7 +242,7 @@ class PlyReader {
     }
 
     /// Refuses counts that the rest of the file cannot hold, before anything is allocated for them.
-    Result<void> check_sizes() const {
+    [[nodiscard]] Result<void> check_sizes() const {
         // The very last blank of a text may be missing.
         const std::uint64_t available =
             input_.bytes.size() - position_ + (format_ == Format::text ? 1U : 0U);
@@ -326,7 +326,7 @@ class PlyReader {
         if (!(*value >= 0.0) || *value != std::floor(*value)) {
             return bad("the length of list " + quote(property.name) + " is " + text(*value));
         }
-        if (*value > static_cast<double>(left / least)) {
+        if (*value * static_cast<double>(least) > static_cast<double>(left)) {
             return bad(
                 "list " + quote(property.name) + " announces " + text(*value) +
                 " numbers, the file ends after " + std::to_string(left) + " bytes"

@@ -49,7 +49,7 @@ std::string binary_ply() {
                         "element face 2\nproperty list uchar int vertex_indices\nend_header\n";
     for (int i = 0; i < 4; ++i) {
         support::append(bytes, static_cast<float>(i % 2));
-        support::append(bytes, static_cast<float>(i / 2));
+        support::append(bytes, i < 2 ? 0.0F : 1.0F);
         support::append(bytes, 0.5F);
         bytes += "abc";
     }
@@ -234,7 +234,7 @@ class Mutator {
 
 TEST_CASE("damaged files are refused or give a valid scene") {
     const std::vector<Seed> seeds = make_seeds();
-    const support::TemporaryFolder folder;
+    support::TemporaryFolder folder;
     folder.write("data.bin", support::triangle_binary());
     folder.write("a.mtl", "newmtl red\nKd 1 0 0\nmap_Kd colour.png\n");
     folder.write(
@@ -277,7 +277,7 @@ TEST_CASE("damaged files are refused or give a valid scene") {
 }
 
 TEST_CASE("damaged layouts and pictures beside a height field never end the program") {
-    const support::TemporaryFolder folder;
+    support::TemporaryFolder folder;
     const auto path = folder.write("a.png", height_png());
     const std::string layout =
         R"({"width":3,"height":3,"spacing_m":1,"height_scale":1,"height_offset":0})";

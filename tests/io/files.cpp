@@ -19,9 +19,8 @@ TemporaryFolder::~TemporaryFolder() {
     std::filesystem::remove_all(path_, ignored);
 }
 
-std::filesystem::path
-TemporaryFolder::write(const std::string& name, std::string_view bytes) const {
-    const std::filesystem::path path = path_ / name;
+std::filesystem::path TemporaryFolder::write(const std::string& name, std::string_view bytes) {
+    std::filesystem::path path = path_ / name;
     // Some file systems flush a file to the disk when it is cut to nothing and written again.
     std::filesystem::remove(path);
     std::ofstream(path, std::ios::binary)
@@ -31,7 +30,7 @@ TemporaryFolder::write(const std::string& name, std::string_view bytes) const {
 
 Result<io::LoadedScene>
 load_bytes(const std::string& name, std::string_view bytes, const io::LoadOptions& options) {
-    const TemporaryFolder folder;
+    TemporaryFolder folder;
     return io::load_scene(folder.write(name, bytes), options);
 }
 

@@ -20,7 +20,7 @@ class TemporaryFolder {
     [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
 
     /// Writes a file and returns its path.
-    std::filesystem::path write(const std::string& name, std::string_view bytes) const;
+    std::filesystem::path write(const std::string& name, std::string_view bytes);
 
   private:
     std::filesystem::path path_;

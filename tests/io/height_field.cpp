@@ -36,7 +36,7 @@ const std::vector<std::uint16_t> kSamples = {0, 256, 1, 65535, 2, 3};
 } // namespace
 
 TEST_CASE("a height field has its samples where the layout puts them") {
-    const support::TemporaryFolder folder;
+    support::TemporaryFolder folder;
     folder.write("hill.json", kLayout);
     const auto path = folder.write("hill.png", grey_png(3, 2, kSamples));
     const auto loaded = io::load_scene(path, {.up = io::UpAxis::z});
@@ -48,12 +48,14 @@ TEST_CASE("a height field has its samples where the layout puts them") {
     REQUIRE(mesh.positions.size() == 6);
     for (std::size_t i = 0; i < 6; ++i) {
         const glm::dvec3 p = mesh.origin + glm::dvec3(mesh.positions[i]);
-        CHECK(p.x == 10.0 * (static_cast<double>(i % 3) - 1.0)); // west to east
-        CHECK(p.z == 10.0 * (static_cast<double>(i / 3) - 0.5)); // north, which is -z, first
+        const double column = static_cast<double>(i % 3);
+        const double row = i < 3 ? 0.0 : 1.0;
+        CHECK(p.x == 10.0 * (column - 1.0)); // west to east
+        CHECK(p.z == 10.0 * (row - 0.5));    // north, which is -z, first
         // Every height is a multiple of a quarter metre below 2^15, which a float holds.
         CHECK(p.y == 0.5 * kSamples[i] - 100.0);
-        CHECK(mesh.texcoords[i].x == Approx((static_cast<double>(i % 3) + 0.5) / 3.0));
-        CHECK(mesh.texcoords[i].y == Approx((static_cast<double>(i / 3) + 0.5) / 2.0));
+        CHECK(mesh.texcoords[i].x == Approx((column + 0.5) / 3.0));
+        CHECK(mesh.texcoords[i].y == Approx((row + 0.5) / 2.0));
     }
     CHECK(primitive_count(mesh) == 4);
     for (const glm::vec3& normal : mesh.normals) {
@@ -65,7 +67,7 @@ TEST_CASE("a height field has its samples where the layout puts them") {
 
 TEST_CASE("a picture beside a height field becomes its texture") {
     const auto* const suffix = GENERATE("_colour.png", "_ortho.png");
-    const support::TemporaryFolder folder;
+    support::TemporaryFolder folder;
     folder.write("hill.json", kLayout);
     REQUIRE(io::write_png(
                 folder.path() / (std::string("hill") + suffix), {1, 1, {1, 2, 3, 255}}
@@ -85,7 +87,7 @@ TEST_CASE("a picture beside a height field becomes its texture") {
 }
 
 TEST_CASE("a height field that contradicts its layout is refused") {
-    const support::TemporaryFolder folder;
+    support::TemporaryFolder folder;
     const auto load = [&folder](const std::string& layout, const std::string& png) {
         folder.write("hill.json", layout);
         const auto loaded = io::load_height_field(folder.write("hill.png", png));

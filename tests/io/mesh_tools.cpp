@@ -42,7 +42,8 @@ Mesh make_soup(std::uint32_t side) {
     for (std::uint32_t i = 0; i < squares; ++i) {
         const std::uint32_t square = i * 7919U % squares; // 7919 is prime, so every square once
         const auto x = static_cast<float>(square % side);
-        const auto y = static_cast<float>(square / side);
+        const std::uint32_t row = square / side;
+        const auto y = static_cast<float>(row);
         for (const auto& [dx, dy] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}}) {
             mesh.indices.push_back(static_cast<std::uint32_t>(mesh.positions.size()));
             mesh.positions.emplace_back(x + static_cast<float>(dx), y + static_cast<float>(dy), 0);

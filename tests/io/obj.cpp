@@ -147,7 +147,7 @@ TEST_CASE("OBJ: normals of no length or of no number are computed") {
 }
 
 TEST_CASE("OBJ: materials make parts in the order of first use") {
-    const support::TemporaryFolder folder;
+    support::TemporaryFolder folder;
     REQUIRE(io::write_png(folder.path() / "brick wall.png", {1, 1, {9, 8, 7, 255}}).has_value());
     REQUIRE(io::write_png(folder.path() / "leaf.png", {1, 1, {9, 8, 7, 100}}).has_value());
     folder.write(
@@ -205,7 +205,7 @@ TEST_CASE("OBJ: libraries that are not there, lines and curves become warnings")
 }
 
 TEST_CASE("load_scene: files that are no files") {
-    const support::TemporaryFolder folder;
+    support::TemporaryFolder folder;
     const auto missing = io::load_scene(folder.path() / "missing.obj");
     REQUIRE_FALSE(missing.has_value());
     CHECK(missing.error().code == ErrorCode::not_found);

@@ -14,7 +14,9 @@ namespace {
 Picture make_picture(int width, int height, bool opaque) {
     Picture picture{width, height, {}};
     std::mt19937 random(11);
-    picture.rgba.resize(static_cast<std::size_t>(4 * width * height));
+    picture.rgba.resize(
+        std::size_t{4} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height)
+    );
     for (std::size_t i = 0; i < picture.rgba.size(); ++i) {
         picture.rgba[i] =
             opaque && i % 4 == 3 ? std::uint8_t{255} : static_cast<std::uint8_t>(random());
@@ -37,7 +39,7 @@ int color_type(const std::filesystem::path& path) {
 TEST_CASE("a picture comes back as it was written, with alpha only where it is needed") {
     const bool opaque = GENERATE(true, false);
     const auto [width, height] = GENERATE(std::pair{1, 1}, std::pair{37, 5}, std::pair{3, 64});
-    const support::TemporaryFolder folder;
+    support::TemporaryFolder folder;
     const auto path = folder.path() / "picture.png";
     const Picture picture = make_picture(width, height, opaque);
     REQUIRE(io::write_png(path, picture).has_value());
@@ -54,7 +56,7 @@ TEST_CASE("a picture comes back as it was written, with alpha only where it is n
 }
 
 TEST_CASE("write_png refuses what is no picture and leaves the old file alone") {
-    const support::TemporaryFolder folder;
+    support::TemporaryFolder folder;
     const auto path = folder.write("picture.png", "old");
     for (const Picture& picture :
          {Picture{},
@@ -69,7 +71,7 @@ TEST_CASE("write_png refuses what is no picture and leaves the old file alone") 
 }
 
 TEST_CASE("write_png says when there is no place to write") {
-    const support::TemporaryFolder folder;
+    support::TemporaryFolder folder;
     const auto nowhere = io::write_png(folder.path() / "none" / "a.png", make_picture(1, 1, true));
     REQUIRE_FALSE(nowhere.has_value());
     CHECK(nowhere.error().code == ErrorCode::device);
@@ -79,7 +81,7 @@ TEST_CASE("write_png says when there is no place to write") {
 }
 
 TEST_CASE("read_png refuses what is no whole PNG before it allocates for it") {
-    const support::TemporaryFolder folder;
+    support::TemporaryFolder folder;
     CHECK(io::read_png(folder.path() / "none.png").error().code == ErrorCode::not_found);
     CHECK_FALSE(io::read_png(folder.write("empty.png", "")).has_value());
     CHECK_FALSE(io::read_png(folder.write("text.png", std::string(100, 'x'))).has_value());
