@@ -1,0 +1,467 @@
+#include <farfield/gpu/null/null_backend.hpp>
+#include <farfield/gpu/null/plan_rules.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace farfield {
+
+namespace {
+
+/// Depths are floats, a technique's comes from another formula than the lens's: relative rounding.
+constexpr double kDepthRounding = 1e-4;
+
+struct NullPage {
+    std::uint32_t cache = 0;
+    PageId id = kNone<PageId>;
+    std::int32_t size = 0;
+    std::int32_t samples = 1;
+    bool scratch = false;
+    std::vector<Region> images; ///< copied as a whole, disjoint, ordered by y, then x
+};
+
+struct NullTarget {
+    std::int32_t width = 0; ///< [px] 0: destroyed
+    std::int32_t height = 0;
+};
+
+/// Neighbouring pieces of one item in `Hierarchy::primitives`.
+struct PieceRun {
+    ItemId item = kNone<ItemId>;
+    std::uint32_t first = 0;
+    std::uint64_t end = 0;
+};
+
+bool before(const Region& a, const Region& b) noexcept {
+    return a.y != b.y ? a.y < b.y : a.x < b.x;
+}
+
+bool is_finite(const glm::vec3& v) noexcept {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+std::string text(const Region& region) {
+    return std::to_string(region.width) + " x " + std::to_string(region.height) + " at " +
+           std::to_string(region.x) + ", " + std::to_string(region.y);
+}
+
+std::string page_name(PageId id) {
+    return "page " + std::to_string(index_of(id));
+}
+
+tl::unexpected<Error> invalid(std::string what) {
+    return fail(ErrorCode::invalid_argument, "plan: " + std::move(what));
+}
+
+tl::unexpected<Error> no_target(TargetId target) {
+    return fail(
+        ErrorCode::invalid_argument,
+        "null backend: target " + std::to_string(index_of(target)) + " does not exist"
+    );
+}
+
+} // namespace
+
+struct NullBackend::Impl {
+    std::vector<std::uint64_t> item_primitives;
+    std::vector<PieceRun> runs; ///< ordered by `first`; empty: pieces are not known
+    bool runs_known = false;
+    Limits limits;
+    std::vector<NullPage> pages;
+    std::vector<NullTarget> targets; ///< TargetId is the position plus one
+    std::vector<std::uint32_t> by_row;
+    PlanWork total;
+    std::uint64_t plans = 0;
+
+    [[nodiscard]] NullPage* find(std::uint32_t cache, PageId id) noexcept {
+        const auto found = std::find_if(pages.begin(), pages.end(), [&](const NullPage& page) {
+            return page.cache == cache && page.id == id;
+        });
+        return found == pages.end() ? nullptr : &*found;
+    }
+    [[nodiscard]] const NullTarget* target(TargetId id) const noexcept {
+        const std::size_t index = index_of(id);
+        const bool exists = index >= 1 && index <= targets.size() && targets[index - 1].width > 0;
+        return exists ? &targets[index - 1] : nullptr;
+    }
+
+    [[nodiscard]] Result<void> run(const FramePlan& plan, const NullTarget& frame);
+    [[nodiscard]] Result<void> check_numbers(const FramePlan& plan) const;
+    [[nodiscard]] Result<void> update_page(std::uint32_t cache, const PageUpdate& update);
+    [[nodiscard]] Result<void>
+    check_pass(const FramePlan& plan, std::size_t pass, const NullTarget& frame);
+    [[nodiscard]] Result<void>
+    check_geometry(const FramePlan& plan, std::size_t pass, std::uint32_t command) const;
+    [[nodiscard]] Result<void>
+    check_images(const FramePlan& plan, std::size_t pass, std::uint32_t command);
+    [[nodiscard]] Result<void>
+    check_disjoint(const FramePlan& plan, std::size_t first, std::size_t last);
+    void copy(const FramePlan& plan, const Pass& pass);
+    [[nodiscard]] bool piece_exists(const Piece& piece) const noexcept;
+};
+
+Result<void> NullBackend::Impl::check_numbers(const FramePlan& plan) const {
+    for (std::size_t i = 0; i < plan.quads.size(); ++i) {
+        const ImageQuad& quad = plan.quads[i];
+        if (!is_finite(quad.origin) || !is_finite(quad.edge_u) || !is_finite(quad.edge_v) ||
+            !std::isfinite(quad.depth)) {
+            return invalid("quad " + std::to_string(i) + " has a number that is not finite");
+        }
+    }
+    for (std::size_t i = 0; i < plan.clips.size(); ++i) {
+        if (!farfield::is_finite(plan.clips[i]) || is_empty(plan.clips[i])) {
+            return invalid("clip box " + std::to_string(i) + " is empty or not finite");
+        }
+    }
+    return {};
+}
+
+Result<void> NullBackend::Impl::update_page(std::uint32_t cache, const PageUpdate& update) {
+    NullPage* page = find(cache, update.page);
+    if (update.action == PageUpdate::Action::destroy) {
+        if (page != nullptr) {
+            std::swap(*page, pages.back());
+            pages.pop_back();
+        }
+        return {};
+    }
+    if (Result<void> valid = gpu::check_page(update, limits.page_size, limits.samples); !valid) {
+        return valid;
+    }
+    if (page == nullptr) {
+        page = &pages.emplace_back();
+    }
+    page->cache = cache;
+    page->id = update.page;
+    page->size = update.size;
+    page->samples = update.samples;
+    page->scratch = update.scratch;
+    page->images.clear();
+    return {};
+}
+
+bool NullBackend::Impl::piece_exists(const Piece& piece) const noexcept {
+    const std::size_t item = index_of(piece.item);
+    if (item >= item_primitives.size() || piece.count == 0 || piece.count > item_primitives[item]) {
+        return false;
+    }
+    if (!runs_known) {
+        return true;
+    }
+    const auto after = std::upper_bound(
+        runs.begin(),
+        runs.end(),
+        piece.first,
+        [](std::uint32_t first, const PieceRun& run) { return first < run.first; }
+    );
+    if (after == runs.begin()) {
+        return false;
+    }
+    const PieceRun& run = *(after - 1);
+    return run.item == piece.item && std::uint64_t{piece.first} + piece.count <= run.end;
+}
+
+Result<void> NullBackend::Impl::check_geometry(
+    const FramePlan& plan, std::size_t pass, std::uint32_t index
+) const {
+    const Command& command = plan.commands[index];
+    const auto refused = [&](const std::string& what) {
+        return invalid(
+            "pass " + std::to_string(pass) + ", command " + std::to_string(index) + ": " + what
+        );
+    };
+    for (std::uint32_t i = command.first; i < command.first + command.count; ++i) {
+        if (index_of(plan.items[i]) >= item_primitives.size()) {
+            return refused(
+                "items[" + std::to_string(i) + "] is item " +
+                std::to_string(index_of(plan.items[i])) + " of " +
+                std::to_string(item_primitives.size())
+            );
+        }
+    }
+    for (std::uint32_t i = command.first_piece; i < command.first_piece + command.piece_count;
+         ++i) {
+        const Piece& piece = plan.pieces[i];
+        if (!piece_exists(piece)) {
+            return refused(
+                "pieces[" + std::to_string(i) + "], primitives " + std::to_string(piece.first) +
+                " to " + std::to_string(std::uint64_t{piece.first} + piece.count) +
+                ", is no run of" + " item " + std::to_string(index_of(piece.item))
+            );
+        }
+    }
+    return {};
+}
+
+Result<void> NullBackend::Impl::check_images(
+    const FramePlan& plan, std::size_t pass_index, std::uint32_t index
+) {
+    const Pass& pass = plan.passes[pass_index];
+    const Command& command = plan.commands[index];
+    const auto refused = [&](std::uint32_t quad, const std::string& what) {
+        return invalid(
+            "pass " + std::to_string(pass_index) + ", command " + std::to_string(index) +
+            ": quad " + std::to_string(quad) + " " + what
+        );
+    };
+    const double nearest = pass.view.lens.near_distance;
+    const double farthest = pass.view.lens.far_distance * (1.0 + kDepthRounding);
+    const NullPage* page = nullptr;
+    for (std::uint32_t i = command.first; i < command.first + command.count; ++i) {
+        const ImageQuad& quad = plan.quads[i];
+        if (page == nullptr || page->id != quad.page) {
+            page = find(plan.cache, quad.page);
+        }
+        if (page == nullptr) {
+            return refused(i, "shows " + page_name(quad.page) + ", which does not exist");
+        }
+        if (page->scratch) {
+            return refused(i, "shows " + page_name(quad.page) + ", a scratch page");
+        }
+        // A quad nearly always shows a whole image; any part of one is as good.
+        const std::vector<Region>& images = page->images;
+        const bool inside = quad.source.x >= 0 && quad.source.y >= 0 && quad.source.width >= 1 &&
+                            quad.source.height >= 1 && quad.source.width <= page->size &&
+                            quad.source.height <= page->size && quad.source.x <= page->size &&
+                            quad.source.y <= page->size;
+        const auto holds = [&](const Region& image) { return contains(image, quad.source); };
+        const auto found = std::lower_bound(images.begin(), images.end(), quad.source, before);
+        const bool whole = inside && found != images.end() && holds(*found);
+        if (!whole && !(inside && std::any_of(images.begin(), images.end(), holds))) {
+            return refused(
+                i,
+                "shows " + text(quad.source) + " of " + page_name(quad.page) +
+                    ", where no image was made"
+            );
+        }
+        // What is baked into an image may be out of view; what is in the frame is seen.
+        const double depth = double{quad.depth};
+        if (depth < nearest || (pass.page == kNone<PageId> && depth > farthest)) {
+            return refused(
+                i,
+                "stands at depth " + std::to_string(depth) + ", outside " +
+                    std::to_string(nearest) + " to " + std::to_string(farthest)
+            );
+        }
+    }
+    return {};
+}
+
+Result<void>
+NullBackend::Impl::check_pass(const FramePlan& plan, std::size_t index, const NullTarget& frame) {
+    const Pass& pass = plan.passes[index];
+    const auto refused = [&](const std::string& what) {
+        return invalid("pass " + std::to_string(index) + ": " + what);
+    };
+    Region whole{0, 0, frame.width, frame.height};
+    if (pass.page != kNone<PageId>) {
+        const NullPage* page = find(plan.cache, pass.page);
+        if (page == nullptr || !page->scratch) {
+            return refused(
+                "draws into " + page_name(pass.page) +
+                (page == nullptr ? ", which does not exist" : ", which is no scratch page")
+            );
+        }
+        whole = {0, 0, page->size, page->size};
+    }
+    if (!contains(whole, pass.viewport)) {
+        return refused("viewport of " + text(pass.viewport) + " outside of " + text(whole));
+    }
+    if (pass.copy_page != kNone<PageId>) {
+        const NullPage* page = find(plan.cache, pass.copy_page);
+        if (page == nullptr || page->scratch) {
+            return refused(
+                "copies to " + page_name(pass.copy_page) +
+                (page == nullptr ? ", which does not exist" : ", a scratch page")
+            );
+        }
+        if (!contains(Region{0, 0, page->size, page->size}, pass.copy)) {
+            return refused(
+                "copies to " + text(pass.copy) + " of " + page_name(pass.copy_page) + " of " +
+                std::to_string(page->size) + " texels a side"
+            );
+        }
+    }
+    for (std::uint32_t i = 0; i < pass.command_count; ++i) {
+        const std::uint32_t command = pass.first_command + i;
+        Result<void> valid = plan.commands[command].kind == Command::Kind::images
+                                 ? check_images(plan, index, command)
+                                 : check_geometry(plan, index, command);
+        if (!valid) {
+            return valid;
+        }
+    }
+    return {};
+}
+
+Result<void>
+NullBackend::Impl::check_disjoint(const FramePlan& plan, std::size_t first, std::size_t last) {
+    const auto scissor = [&](std::uint32_t pass) -> const Region& {
+        return plan.passes[pass].scissor;
+    };
+    by_row.clear();
+    for (std::size_t pass = first; pass < last; ++pass) {
+        by_row.push_back(static_cast<std::uint32_t>(pass));
+    }
+    std::sort(by_row.begin(), by_row.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return scissor(a).y != scissor(b).y ? scissor(a).y < scissor(b).y : a < b;
+    });
+    for (std::size_t i = 0; i < by_row.size(); ++i) {
+        const Region& lower = scissor(by_row[i]);
+        for (std::size_t k = i + 1;
+             k < by_row.size() && scissor(by_row[k]).y < lower.y + lower.height;
+             ++k) {
+            if (overlaps(lower, scissor(by_row[k]))) {
+                return invalid(
+                    "passes " + std::to_string(std::min(by_row[i], by_row[k])) + " and " +
+                    std::to_string(std::max(by_row[i], by_row[k])) + " of batch " +
+                    std::to_string(plan.passes[first].batch) + " both draw to " +
+                    text(scissor(by_row[k]))
+                );
+            }
+        }
+    }
+    return {};
+}
+
+void NullBackend::Impl::copy(const FramePlan& plan, const Pass& pass) {
+    if (pass.copy_page == kNone<PageId>) {
+        return;
+    }
+    std::vector<Region>& images = find(plan.cache, pass.copy_page)->images;
+    std::erase_if(images, [&](const Region& image) { return overlaps(image, pass.copy); });
+    images.insert(std::lower_bound(images.begin(), images.end(), pass.copy, before), pass.copy);
+}
+
+Result<void> NullBackend::Impl::run(const FramePlan& plan, const NullTarget& frame) {
+    if (Result<void> valid = gpu::check_structure(plan); !valid) {
+        return valid;
+    }
+    if (Result<void> valid = check_numbers(plan); !valid) {
+        return valid;
+    }
+    for (const PageUpdate& update : plan.pages) {
+        if (Result<void> updated = update_page(plan.cache, update); !updated) {
+            return updated;
+        }
+    }
+    for (std::size_t first = 0; first < plan.passes.size();) {
+        std::size_t last = first;
+        while (last < plan.passes.size() && plan.passes[last].batch == plan.passes[first].batch) {
+            if (Result<void> valid = check_pass(plan, last, frame); !valid) {
+                return valid;
+            }
+            ++last;
+        }
+        if (Result<void> valid = check_disjoint(plan, first, last); !valid) {
+            return valid;
+        }
+        for (; first < last; ++first) {
+            copy(plan, plan.passes[first]);
+        }
+    }
+    return {};
+}
+
+NullBackend::NullBackend(
+    std::span<const std::uint64_t> item_primitives, const Hierarchy* hierarchy, const Limits& limits
+)
+    : impl_(std::make_unique<Impl>()) {
+    impl_->item_primitives.assign(item_primitives.begin(), item_primitives.end());
+    impl_->limits = limits;
+    if (hierarchy != nullptr) {
+        impl_->runs_known = true;
+        for (const Piece& piece : hierarchy->pieces) {
+            const std::uint64_t end = std::uint64_t{piece.first} + piece.count;
+            const bool joins = !impl_->runs.empty() && impl_->runs.back().item == piece.item &&
+                               impl_->runs.back().end == piece.first;
+            if (joins) {
+                impl_->runs.back().end = end;
+            } else {
+                impl_->runs.push_back({piece.item, piece.first, end});
+            }
+        }
+    }
+}
+
+NullBackend::~NullBackend() = default;
+
+Result<void> NullBackend::execute(
+    const FramePlan& plan, TargetId target, const FrameClear& /*clear*/
+) noexcept {
+    const NullTarget* frame = impl_->target(target);
+    if (frame == nullptr) {
+        return no_target(target);
+    }
+    if (Result<void> run = impl_->run(plan, *frame); !run) {
+        for (NullPage& page : impl_->pages) {
+            if (page.cache == plan.cache) {
+                page.images.clear();
+            }
+        }
+        return run;
+    }
+    const PlanWork work = work_of(plan, impl_->item_primitives);
+    impl_->total.triangles += work.triangles;
+    impl_->total.draws += work.draws;
+    impl_->total.image_quads += work.image_quads;
+    impl_->total.images += work.images;
+    impl_->total.image_texels += work.image_texels;
+    ++impl_->plans;
+    return {};
+}
+
+Result<TargetId>
+NullBackend::create_target(std::int32_t width, std::int32_t height, std::int32_t samples) noexcept {
+    if (Result<void> valid = gpu::check_target(width, height, samples, impl_->limits.samples);
+        !valid) {
+        return tl::unexpected(std::move(valid).error());
+    }
+    impl_->targets.push_back({width, height});
+    return make_id<TargetId>(impl_->targets.size());
+}
+
+void NullBackend::destroy_target(TargetId target) noexcept {
+    if (impl_->target(target) != nullptr) {
+        impl_->targets[index_of(target) - 1] = {};
+    }
+}
+
+Result<Picture> NullBackend::read_target(TargetId target) {
+    if (impl_->target(target) == nullptr) {
+        return no_target(target);
+    }
+    return fail(
+        ErrorCode::unsupported,
+        "null backend: target " + std::to_string(index_of(target)) + " holds no picture"
+    );
+}
+
+Backend::Limits NullBackend::limits() const noexcept {
+    return impl_->limits;
+}
+
+std::uint64_t NullBackend::image_bytes() const noexcept {
+    std::uint64_t bytes = 0;
+    for (const NullPage& page : impl_->pages) {
+        const auto texels =
+            static_cast<std::uint64_t>(page.size) * static_cast<std::uint64_t>(page.size);
+        // RGBA8, and with it 32 bits of depth for each sample of a scratch page.
+        bytes +=
+            page.scratch ? texels * 8U * static_cast<std::uint64_t>(page.samples) : texels * 4U;
+    }
+    return bytes;
+}
+
+const PlanWork& NullBackend::total_work() const noexcept {
+    return impl_->total;
+}
+
+std::uint64_t NullBackend::plans_executed() const noexcept {
+    return impl_->plans;
+}
+
+} // namespace farfield

@@ -1,0 +1,241 @@
+#include <farfield/gpu/null/plan_rules.hpp>
+#include <farfield/math/view.hpp>
+
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <utility>
+
+namespace farfield::gpu {
+
+namespace {
+
+constexpr std::int32_t kMostPixels = 16384;
+
+tl::unexpected<Error> invalid(std::string what) {
+    return fail(ErrorCode::invalid_argument, "plan: " + std::move(what));
+}
+
+std::string pass_name(std::size_t pass) {
+    return "pass " + std::to_string(pass);
+}
+
+std::string text(const Region& region) {
+    return std::to_string(region.width) + " x " + std::to_string(region.height) + " at " +
+           std::to_string(region.x) + ", " + std::to_string(region.y);
+}
+
+/// Within what a page or a target can have at most, so that sums of edges do not overflow.
+bool possible(const Region& region) noexcept {
+    return region.x >= 0 && region.y >= 0 && region.width >= 1 && region.height >= 1 &&
+           region.x <= kMostPixels && region.y <= kMostPixels && region.width <= kMostPixels &&
+           region.height <= kMostPixels;
+}
+
+bool in_range(std::uint32_t first, std::uint32_t count, std::size_t size) noexcept {
+    return std::size_t{first} + count <= size;
+}
+
+tl::unexpected<Error> out_of_range(
+    std::size_t pass,
+    std::uint32_t command,
+    const char* what,
+    std::uint32_t first,
+    std::uint32_t count,
+    std::size_t size
+) {
+    return invalid(
+        pass_name(pass) + ", command " + std::to_string(command) + ": " + what + " " +
+        std::to_string(first) + " to " + std::to_string(std::uint64_t{first} + count) + " of " +
+        std::to_string(size)
+    );
+}
+
+Result<void> check_command(const FramePlan& plan, std::size_t pass, std::uint32_t index) {
+    const Command& command = plan.commands[index];
+    const auto refused = [&](const std::string& what) {
+        return invalid(pass_name(pass) + ", command " + std::to_string(index) + ": " + what);
+    };
+    switch (command.kind) {
+    case Command::Kind::images:
+        if (!in_range(command.first, command.count, plan.quads.size())) {
+            return out_of_range(
+                pass, index, "quads", command.first, command.count, plan.quads.size()
+            );
+        }
+        if (command.piece_count != 0) {
+            return refused("images with " + std::to_string(command.piece_count) + " pieces");
+        }
+        if (command.clip != Command::kNoClip) {
+            return refused("images with clip box " + std::to_string(command.clip));
+        }
+        return {};
+    case Command::Kind::geometry:
+    case Command::Kind::mask:
+        if (!in_range(command.first, command.count, plan.items.size())) {
+            return out_of_range(
+                pass, index, "items", command.first, command.count, plan.items.size()
+            );
+        }
+        if (!in_range(command.first_piece, command.piece_count, plan.pieces.size())) {
+            return out_of_range(
+                pass, index, "pieces", command.first_piece, command.piece_count, plan.pieces.size()
+            );
+        }
+        if (command.clip != Command::kNoClip && command.clip >= plan.clips.size()) {
+            return out_of_range(pass, index, "clip box", command.clip, 1, plan.clips.size());
+        }
+        return {};
+    }
+    return refused("unknown kind " + std::to_string(static_cast<unsigned>(command.kind)));
+}
+
+Result<void> check_pass(const FramePlan& plan, std::size_t index) {
+    const Pass& pass = plan.passes[index];
+    const bool frame = pass.page == kNone<PageId>;
+    const bool last = index + 1 == plan.passes.size();
+    const auto refused = [&](const std::string& what) {
+        return invalid(pass_name(index) + ": " + what);
+    };
+    if (frame != last) {
+        return refused(
+            frame ? "draws the frame, but " + std::to_string(plan.passes.size() - index - 1) +
+                        " passes follow"
+                  : "is the last and draws into page " + std::to_string(index_of(pass.page)) +
+                        " instead of the frame"
+        );
+    }
+    if (index > 0) {
+        const Pass& before = plan.passes[index - 1];
+        if (pass.batch < before.batch || (frame && pass.batch == before.batch)) {
+            return refused(
+                "batch " + std::to_string(pass.batch) + " after batch " +
+                std::to_string(before.batch)
+            );
+        }
+        if (pass.batch == before.batch && pass.page != before.page) {
+            return refused(
+                "page " + std::to_string(index_of(pass.page)) +
+                " in a batch that draws into page " + std::to_string(index_of(before.page))
+            );
+        }
+    }
+    if (Result<void> valid = validate(pass.view); !valid) {
+        return refused(valid.error().message);
+    }
+    if (!possible(pass.viewport) || pass.viewport.width != pass.view.width ||
+        pass.viewport.height != pass.view.height) {
+        return refused(
+            "viewport of " + text(pass.viewport) + " for a view of " +
+            std::to_string(pass.view.width) + " x " + std::to_string(pass.view.height)
+        );
+    }
+    if (!possible(pass.scissor) || !contains(pass.viewport, pass.scissor)) {
+        return refused(
+            "scissor of " + text(pass.scissor) + " outside the viewport of " + text(pass.viewport)
+        );
+    }
+    if (pass.copy_page != kNone<PageId>) {
+        if (frame || pass.copy_page == pass.page) {
+            return refused(
+                std::string(frame ? "copies the frame" : "copies its own page") + " to page " +
+                std::to_string(index_of(pass.copy_page))
+            );
+        }
+        if (!possible(pass.copy) || pass.copy.width != pass.scissor.width ||
+            pass.copy.height != pass.scissor.height) {
+            return refused("copies " + text(pass.scissor) + " to " + text(pass.copy));
+        }
+    }
+    if (!in_range(pass.first_command, pass.command_count, plan.commands.size())) {
+        return refused(
+            "commands " + std::to_string(pass.first_command) + " to " +
+            std::to_string(std::uint64_t{pass.first_command} + pass.command_count) + " of " +
+            std::to_string(plan.commands.size())
+        );
+    }
+    for (std::uint32_t command = 0; command < pass.command_count; ++command) {
+        if (Result<void> valid = check_command(plan, index, pass.first_command + command); !valid) {
+            return valid;
+        }
+    }
+    return {};
+}
+
+} // namespace
+
+Result<void> check_structure(const FramePlan& plan) {
+    if (plan.passes.empty()) {
+        return invalid("no passes, expected at least that of the frame");
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!std::isfinite(plan.origin[axis])) {
+            return invalid("origin is " + std::to_string(plan.origin[axis]));
+        }
+    }
+    for (std::size_t pass = 0; pass < plan.passes.size(); ++pass) {
+        if (Result<void> valid = check_pass(plan, pass); !valid) {
+            return valid;
+        }
+    }
+    return {};
+}
+
+Result<void> check_page(const PageUpdate& update, std::int32_t largest, std::int32_t most_samples) {
+    const std::string name = "page " + std::to_string(index_of(update.page));
+    if (update.page == kNone<PageId>) {
+        return invalid("makes a page without an id");
+    }
+    if (update.size < 1) {
+        return invalid(name + " of " + std::to_string(update.size) + " texels a side");
+    }
+    if (update.samples < 1 || (!update.scratch && update.samples != 1)) {
+        return invalid(
+            name + " with " + std::to_string(update.samples) + " samples a texel, expected " +
+            (update.scratch ? "at least 1" : "1, since it is no scratch page")
+        );
+    }
+    if (update.size > largest) {
+        return fail(
+            ErrorCode::unsupported,
+            "plan: " + name + " of " + std::to_string(update.size) +
+                " texels a side, the device takes " + std::to_string(largest)
+        );
+    }
+    if (update.samples > most_samples) {
+        return fail(
+            ErrorCode::unsupported,
+            "plan: " + name + " with " + std::to_string(update.samples) +
+                " samples a texel, the device takes " + std::to_string(most_samples)
+        );
+    }
+    return {};
+}
+
+Result<void> check_target(
+    std::int32_t width, std::int32_t height, std::int32_t samples, std::int32_t most_samples
+) {
+    if (width < 1 || height < 1 || width > kMostPixels || height > kMostPixels) {
+        return fail(
+            ErrorCode::invalid_argument,
+            "target of " + std::to_string(width) + " x " + std::to_string(height) +
+                " pixels, expected 1 to " + std::to_string(kMostPixels) + " a side"
+        );
+    }
+    if (samples < 1) {
+        return fail(
+            ErrorCode::invalid_argument,
+            "target with " + std::to_string(samples) + " samples a pixel, expected at least 1"
+        );
+    }
+    if (samples > most_samples) {
+        return fail(
+            ErrorCode::unsupported,
+            "target with " + std::to_string(samples) + " samples a pixel, the device takes " +
+                std::to_string(most_samples)
+        );
+    }
+    return {};
+}
+
+} // namespace farfield::gpu

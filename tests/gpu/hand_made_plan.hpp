@@ -1,0 +1,102 @@
+#pragma once
+
+#include <farfield/gpu/frame_plan.hpp>
+#include <farfield/math/view.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <cstdint>
+
+/// Plans written by hand, for what no technique plans.
+namespace farfield::support {
+
+inline constexpr PageId kScratchPage{0};
+inline constexpr PageId kImagePage{1};
+inline constexpr std::int32_t kPageSize = 64;  ///< [texel]
+inline constexpr std::int32_t kImageSize = 16; ///< [texel]
+inline constexpr std::int32_t kFrameSize = 32; ///< [px]
+
+/// From (0, 0, 5) to the origin, 90 degrees either way: a pixel in the middle of a frame of 32 sees
+/// 5 / 16 of a metre.
+inline View hand_made_view(int size) {
+    return look_at(
+        {0.0, 0.0, 5.0}, {0.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {-1, 1, -1, 1, 0.5, 50.0}, size, size
+    );
+}
+
+inline Pass hand_made_pass(int size) {
+    Pass pass;
+    pass.view = hand_made_view(size);
+    pass.viewport = {0, 0, size, size};
+    pass.scissor = pass.viewport;
+    return pass;
+}
+
+inline Command items_command(std::uint32_t first, std::uint32_t count) {
+    Command command;
+    command.first = first;
+    command.count = count;
+    return command;
+}
+
+inline Command images_command(std::uint32_t first, std::uint32_t count) {
+    Command command = items_command(first, count);
+    command.kind = Command::Kind::images;
+    return command;
+}
+
+/// The whole image of `plan_with_image`, across the view at a distance of 5.
+inline ImageQuad hand_made_quad() {
+    ImageQuad quad;
+    quad.page = kImagePage;
+    quad.source = {0, 0, kImageSize, kImageSize};
+    quad.origin = {-5.0F, -5.0F, 0.0F};
+    quad.edge_u = {10.0F, 0.0F, 0.0F};
+    quad.edge_v = {0.0F, 10.0F, 0.0F};
+    quad.depth = 5.0F;
+    return quad;
+}
+
+/// Draws item 0 into the frame.
+inline FramePlan plan_with_item() {
+    FramePlan plan;
+    plan.items = {ItemId{0}};
+    plan.commands = {items_command(0, 1)};
+    plan.passes = {hand_made_pass(kFrameSize)};
+    plan.passes[0].command_count = 1;
+    return plan;
+}
+
+/// Makes pages, an image of item 0, and shows it.
+inline FramePlan plan_with_image() {
+    FramePlan plan;
+    plan.pages = {
+        {.page = kScratchPage, .size = kPageSize, .scratch = true},
+        {.page = kImagePage, .size = kPageSize}};
+    plan.items = {ItemId{0}};
+    plan.quads = {hand_made_quad()};
+    plan.commands = {items_command(0, 1), images_command(0, 1)};
+    Pass image = hand_made_pass(kImageSize);
+    image.page = kScratchPage;
+    image.command_count = 1;
+    image.copy_page = kImagePage;
+    image.copy = {0, 0, kImageSize, kImageSize};
+    Pass frame = hand_made_pass(kFrameSize);
+    frame.first_command = 1;
+    frame.command_count = 1;
+    frame.batch = 1;
+    plan.passes = {image, frame};
+    return plan;
+}
+
+/// Shows the image that `plan_with_image` made.
+inline FramePlan plan_showing_image() {
+    FramePlan plan;
+    plan.quads = {hand_made_quad()};
+    plan.commands = {images_command(0, 1)};
+    plan.passes = {hand_made_pass(kFrameSize)};
+    plan.passes[0].command_count = 1;
+    return plan;
+}
+
+} // namespace farfield::support
