@@ -4,6 +4,7 @@
 #include <epoxy/gl.h>
 
 #include <cstdio>
+#include <cstring>
 #include <string>
 #include <utility>
 
@@ -46,6 +47,15 @@ Result<HeadlessContext> HeadlessContext::create() {
     auto impl = std::make_unique<Impl>();
     if (!epoxy_has_egl()) {
         return fail(ErrorCode::device, "EGL: no EGL library on this system");
+    }
+    // Client extensions; asking for a function that is not there ends the process.
+    const char* known = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
+    for (const char* needed : {"EGL_EXT_platform_base", "EGL_MESA_platform_surfaceless"}) {
+        if (known == nullptr || std::strstr(known, needed) == nullptr) {
+            return fail(
+                ErrorCode::unsupported, std::string("EGL: no extension ") + needed + " here"
+            );
+        }
     }
     impl->display =
         eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);

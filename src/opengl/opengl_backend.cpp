@@ -1,6 +1,7 @@
 #include "opengl/program.hpp"
 #include "opengl/state_guard.hpp"
 #include <farfield/core/assert.hpp>
+#include <farfield/gpu/null/plan_rules.hpp>
 #include <farfield/opengl/opengl_backend.hpp>
 
 #include <epoxy/gl.h>
@@ -9,7 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstring>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,8 +17,6 @@
 namespace farfield::opengl {
 
 namespace {
-
-constexpr std::int32_t kMostPixels = 16384;
 
 // An image quad has four corners; positions are relative to the eye in camera axes.
 struct QuadVertex {
@@ -71,6 +69,14 @@ std::uint64_t page_bytes(const Page& page) {
     return page.scratch ? texels * 8U * static_cast<std::uint64_t>(page.samples) : texels * 4U;
 }
 
+/// Quads of one command that follow each other and show one page: one draw.
+struct QuadRun {
+    GLuint texture = 0;
+    GLfloat texel_size = 0.0F; // of the page, in texture coordinates
+    std::uint32_t first = 0;   // into the vertices, in quads
+    std::uint32_t count = 0;
+};
+
 struct Target {
     GLuint framebuffer = 0;
     GLuint color = 0; // renderbuffers; 0 for a framebuffer of the caller's
@@ -81,6 +87,19 @@ struct Target {
     bool alive = false;
     bool owned = false;
 };
+
+tl::unexpected<Error> no_target(TargetId target) {
+    return fail(
+        ErrorCode::invalid_argument,
+        "OpenGL: target " + std::to_string(index_of(target)) + " does not exist"
+    );
+}
+
+/// Errors of the caller's are not ours to report.
+void drop_old_errors() noexcept {
+    while (glGetError() != GL_NO_ERROR) {
+    }
+}
 
 } // namespace
 
@@ -96,6 +115,9 @@ struct OpenGLBackend::Impl {
     std::vector<Page> pages;
     std::vector<Target> targets; // TargetId is the position plus one
     std::vector<QuadVertex> vertices;
+    std::vector<QuadRun> runs; // of the plan being executed, in the order of its passes
+    std::size_t next_run = 0;
+    Limits limits;
 
     explicit Impl(GeometrySource& geometry) : source(&geometry) {}
     Impl(const Impl&) = delete;
@@ -126,13 +148,24 @@ struct OpenGLBackend::Impl {
     static void destroy_target(Target& target) noexcept;
     [[nodiscard]] Result<void> update_page(std::uint32_t cache, const PageUpdate& update);
     void reserve_quads(std::size_t count) noexcept;
-    void upload_quads(const FramePlan& plan);
-    [[nodiscard]] Result<void> run_pass(const FramePlan& plan, const Pass& pass);
+    [[nodiscard]] Result<void> check_pages(const FramePlan& plan, const Target& frame) noexcept;
+    [[nodiscard]] Result<void> upload_quads(const FramePlan& plan);
     [[nodiscard]] Result<void>
-    copy_batch(const FramePlan& plan, std::size_t first, std::size_t last);
-    [[nodiscard]] Result<void>
-    draw_quads(const FramePlan& plan, const Pass& pass, const Command& command);
+    add_quads(const FramePlan& plan, const Pass& pass, std::uint32_t command);
+    void clear_batch(
+        const FramePlan& plan, std::size_t first, std::size_t last, const FrameClear& clear
+    ) const noexcept;
+    void run_pass(const FramePlan& plan, const Pass& pass, GLuint framebuffer) noexcept;
+    void copy_batch(const FramePlan& plan, std::size_t first, std::size_t last) noexcept;
+    void draw_quads(const Pass& pass, const Command& command) noexcept;
+    [[nodiscard]] const Target* target(TargetId id) const noexcept;
 };
+
+const Target* OpenGLBackend::Impl::target(TargetId id) const noexcept {
+    const std::size_t index = index_of(id);
+    const bool exists = index >= 1 && index <= targets.size() && targets[index - 1].alive;
+    return exists ? &targets[index - 1] : nullptr;
+}
 
 void OpenGLBackend::Impl::destroy(Page& page) noexcept {
     glDeleteFramebuffers(1, &page.framebuffer);
@@ -162,6 +195,9 @@ Result<void> OpenGLBackend::Impl::update_page(std::uint32_t cache, const PageUpd
     }
     if (update.action == PageUpdate::Action::destroy) {
         return {};
+    }
+    if (Result<void> valid = gpu::check_page(update, limits.page_size, limits.samples); !valid) {
+        return valid;
     }
     Page page;
     page.cache = cache;
@@ -258,35 +294,106 @@ void OpenGLBackend::Impl::reserve_quads(std::size_t count) noexcept {
     glVertexArrayElementBuffer(quad_array, quad_indices);
 }
 
-void OpenGLBackend::Impl::upload_quads(const FramePlan& plan) {
-    reserve_quads(plan.quads.size());
-    vertices.resize(plan.quads.size() * 4);
+Result<void> OpenGLBackend::Impl::check_pages(const FramePlan& plan, const Target& frame) noexcept {
+    const auto refused = [&](std::size_t pass, const char* what, PageId id) {
+        return fail(
+            ErrorCode::invalid_argument,
+            "plan: pass " + std::to_string(pass) + " " + what + " page " +
+                std::to_string(index_of(id)) + ", which does not exist or is not of that kind"
+        );
+    };
+    for (std::size_t i = 0; i < plan.passes.size(); ++i) {
+        const Pass& pass = plan.passes[i];
+        Region whole{0, 0, frame.width, frame.height};
+        if (pass.page != kNone<PageId>) {
+            const Page* page = find(plan.cache, pass.page);
+            if (page == nullptr || !page->scratch) {
+                return refused(i, "draws into", pass.page);
+            }
+            whole = {0, 0, page->size, page->size};
+        }
+        if (!contains(whole, pass.viewport)) {
+            return fail(
+                ErrorCode::invalid_argument,
+                "plan: pass " + std::to_string(i) + " has a viewport of " +
+                    std::to_string(pass.viewport.width) + " x " +
+                    std::to_string(pass.viewport.height) + " at " +
+                    std::to_string(pass.viewport.x) + ", " + std::to_string(pass.viewport.y) +
+                    ", outside of " + std::to_string(whole.width) + " x " +
+                    std::to_string(whole.height)
+            );
+        }
+        if (pass.copy_page == kNone<PageId>) {
+            continue;
+        }
+        const Page* page = find(plan.cache, pass.copy_page);
+        if (page == nullptr || page->scratch ||
+            !contains(Region{0, 0, page->size, page->size}, pass.copy)) {
+            return refused(i, "copies to, or beyond,", pass.copy_page);
+        }
+    }
+    return {};
+}
+
+Result<void> OpenGLBackend::Impl::add_quads(
+    const FramePlan& plan, const Pass& pass, std::uint32_t command_index
+) {
+    const Command& command = plan.commands[command_index];
+    // Differences first: the eye and the quads may both be far from the plan's origin.
+    const glm::vec3 eye = local_point(pass.view.eye, plan.origin);
+    const glm::mat3 world_to_camera(glm::transpose(pass.view.camera_to_world));
+    PageId shown = kNone<PageId>;
+    for (std::uint32_t q = command.first; q < command.first + command.count; ++q) {
+        const ImageQuad& quad = plan.quads[q];
+        if (q == command.first || quad.page != shown) {
+            const Page* page = find(plan.cache, quad.page);
+            if (page == nullptr || page->scratch) {
+                return fail(
+                    ErrorCode::invalid_argument,
+                    "plan: command " + std::to_string(command_index) + ", quad " +
+                        std::to_string(q) + " shows page " + std::to_string(index_of(quad.page)) +
+                        (page == nullptr ? ", which does not exist" : ", a scratch page")
+                );
+            }
+            shown = quad.page;
+            runs.push_back(
+                {page->color,
+                 1.0F / static_cast<float>(page->size),
+                 static_cast<std::uint32_t>(vertices.size() / 4),
+                 0}
+            );
+        }
+        ++runs.back().count;
+        const glm::vec3 origin = world_to_camera * (quad.origin - eye);
+        const glm::vec3 u = world_to_camera * quad.edge_u;
+        const glm::vec3 v = world_to_camera * quad.edge_v;
+        const auto x0 = static_cast<float>(quad.source.x);
+        const auto y0 = static_cast<float>(quad.source.y);
+        const float x1 = x0 + static_cast<float>(quad.source.width);
+        const float y1 = y0 + static_cast<float>(quad.source.height);
+        vertices.push_back({origin, {x0, y0}, quad.depth});
+        vertices.push_back({origin + u, {x1, y0}, quad.depth});
+        vertices.push_back({origin + v, {x0, y1}, quad.depth});
+        vertices.push_back({origin + u + v, {x1, y1}, quad.depth});
+    }
+    return {};
+}
+
+Result<void> OpenGLBackend::Impl::upload_quads(const FramePlan& plan) {
+    vertices.clear();
+    runs.clear();
+    next_run = 0;
     for (const Pass& pass : plan.passes) {
-        // Differences first: the eye and the quads may both be far from the plan's origin.
-        const glm::vec3 eye = local_point(pass.view.eye, plan.origin);
-        const glm::mat3 world_to_camera(glm::transpose(pass.view.camera_to_world));
         for (std::uint32_t c = 0; c < pass.command_count; ++c) {
-            const Command& command = plan.commands[pass.first_command + c];
-            if (command.kind != Command::Kind::images) {
+            if (plan.commands[pass.first_command + c].kind != Command::Kind::images) {
                 continue;
             }
-            for (std::uint32_t q = command.first; q < command.first + command.count; ++q) {
-                const ImageQuad& quad = plan.quads[q];
-                const glm::vec3 origin = world_to_camera * (quad.origin - eye);
-                const glm::vec3 u = world_to_camera * quad.edge_u;
-                const glm::vec3 v = world_to_camera * quad.edge_v;
-                const auto x0 = static_cast<float>(quad.source.x);
-                const auto y0 = static_cast<float>(quad.source.y);
-                const auto x1 = static_cast<float>(quad.source.x + quad.source.width);
-                const auto y1 = static_cast<float>(quad.source.y + quad.source.height);
-                QuadVertex* corners = &vertices[std::size_t{q} * 4];
-                corners[0] = {origin, {x0, y0}, quad.depth};
-                corners[1] = {origin + u, {x1, y0}, quad.depth};
-                corners[2] = {origin + v, {x0, y1}, quad.depth};
-                corners[3] = {origin + u + v, {x1, y1}, quad.depth};
+            if (Result<void> added = add_quads(plan, pass, pass.first_command + c); !added) {
+                return added;
             }
         }
     }
+    reserve_quads(vertices.size() / 4);
     if (!vertices.empty()) {
         glInvalidateBufferData(quad_vertices);
         glNamedBufferSubData(
@@ -296,62 +403,73 @@ void OpenGLBackend::Impl::upload_quads(const FramePlan& plan) {
             vertices.data()
         );
     }
+    return {};
 }
 
-Result<void>
-OpenGLBackend::Impl::draw_quads(const FramePlan& plan, const Pass& pass, const Command& command) {
+void OpenGLBackend::Impl::draw_quads(const Pass& pass, const Command& command) noexcept {
     glUseProgram(quad_program);
     const glm::mat4 projection = projection_matrix(pass.view.lens);
     glUniformMatrix4fv(quad_projection, 1, GL_FALSE, &projection[0][0]);
     glBindVertexArray(quad_array);
-    glEnable(GL_BLEND);
+    glEnablei(GL_BLEND, 0);
     glDepthFunc(GL_GEQUAL);
     glDepthMask(GL_FALSE);
-    // One draw for each run of quads on one page.
-    for (std::uint32_t first = command.first; first < command.first + command.count;) {
-        const PageId id = plan.quads[first].page;
-        std::uint32_t end = first + 1;
-        while (end < command.first + command.count && plan.quads[end].page == id) {
-            ++end;
-        }
-        const Page* page = find(plan.cache, id);
-        if (page == nullptr) {
-            return fail(
-                ErrorCode::invalid_argument,
-                "plan: quad " + std::to_string(first) + " shows page " +
-                    std::to_string(index_of(id)) + ", which does not exist"
-            );
-        }
-        glBindTextureUnit(0, page->color);
-        glUniform1f(quad_texel_size, 1.0F / static_cast<float>(page->size));
+    for (std::uint32_t drawn = 0; drawn < command.count;) {
+        const QuadRun& run = runs[next_run++];
+        glBindTextureUnit(0, run.texture);
+        glUniform1f(quad_texel_size, run.texel_size);
         glDrawElements(
             GL_TRIANGLES,
-            static_cast<GLsizei>((end - first) * 6),
+            static_cast<GLsizei>(run.count * 6),
             GL_UNSIGNED_INT,
-            reinterpret_cast<const void*>(std::size_t{first} * 6 * sizeof(std::uint32_t))
+            buffer_offset(std::size_t{run.first} * 6 * sizeof(std::uint32_t))
         );
-        first = end;
+        drawn += run.count;
     }
-    glDisable(GL_BLEND);
-    return {};
+    // Geometry may follow, with its own depth.
+    glDisablei(GL_BLEND, 0);
+    glDepthFunc(GL_GREATER);
+    glDepthMask(GL_TRUE);
 }
 
-Result<void> OpenGLBackend::Impl::run_pass(const FramePlan& plan, const Pass& pass) {
-    glViewport(pass.viewport.x, pass.viewport.y, pass.viewport.width, pass.viewport.height);
-    glScissor(pass.scissor.x, pass.scissor.y, pass.scissor.width, pass.scissor.height);
+void OpenGLBackend::Impl::clear_batch(
+    const FramePlan& plan, std::size_t first, std::size_t last, const FrameClear& clear
+) const noexcept {
+    const bool frame = plan.passes[first].page == kNone<PageId>;
+    if (frame && !clear.enabled) {
+        return;
+    }
+    // The regions of a batch are disjoint, so one clear around them serves all.
+    Region around = plan.passes[first].scissor;
+    for (std::size_t i = first + 1; i < last; ++i) {
+        around = unite(around, plan.passes[i].scissor);
+    }
+    glScissorIndexed(0, around.x, around.y, around.width, around.height);
+    const glm::vec4 color = frame ? clear.color : glm::vec4(0.0F);
+    constexpr float kFar = 0.0F;
+    glClearBufferfv(GL_COLOR, 0, &color[0]);
+    glClearBufferfv(GL_DEPTH, 0, &kFar);
+}
+
+void OpenGLBackend::Impl::run_pass(
+    const FramePlan& plan, const Pass& pass, GLuint framebuffer
+) noexcept {
+    bool state_is_ours = false;
     for (std::uint32_t c = 0; c < pass.command_count; ++c) {
         const Command& command = plan.commands[pass.first_command + c];
+        if (!state_is_ours) {
+            set_drawing_state(framebuffer, pass.viewport, pass.scissor);
+        }
         if (command.kind == Command::Kind::images) {
-            if (Result<void> drawn = draw_quads(plan, pass, command); !drawn) {
-                return drawn;
-            }
+            state_is_ours = true;
+            draw_quads(pass, command);
             continue;
         }
+        // A source may leave any state behind.
+        state_is_ours = false;
         const bool color = command.kind == Command::Kind::geometry;
-        glDepthFunc(GL_GREATER);
-        glDepthMask(GL_TRUE);
         if (!color) {
-            glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+            glColorMaski(0, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
         }
         PassContext context{.view = pass.view, .origin = plan.origin, .clip = {}, .color = color};
         if (command.clip != Command::kNoClip) {
@@ -362,15 +480,13 @@ Result<void> OpenGLBackend::Impl::run_pass(const FramePlan& plan, const Pass& pa
              std::span(plan.pieces).subspan(command.first_piece, command.piece_count)},
             context
         );
-        if (!color) {
-            glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-        }
     }
-    return {};
 }
 
-Result<void>
-OpenGLBackend::Impl::copy_batch(const FramePlan& plan, std::size_t first, std::size_t last) {
+void OpenGLBackend::Impl::copy_batch(
+    const FramePlan& plan, std::size_t first, std::size_t last
+) noexcept {
+    glDisablei(GL_SCISSOR_TEST, 0);
     for (std::size_t i = first; i < last; ++i) {
         const Pass& pass = plan.passes[i];
         if (pass.copy_page == kNone<PageId>) {
@@ -378,12 +494,6 @@ OpenGLBackend::Impl::copy_batch(const FramePlan& plan, std::size_t first, std::s
         }
         const Page* from = find(plan.cache, pass.page);
         const Page* to = find(plan.cache, pass.copy_page);
-        if (from == nullptr || to == nullptr) {
-            return fail(
-                ErrorCode::invalid_argument,
-                "plan: pass " + std::to_string(i) + " copies from or to a page that does not exist"
-            );
-        }
         const Region& source_region = pass.scissor;
         const Region& target_region = pass.copy;
         if (from->samples == 1) {
@@ -405,7 +515,6 @@ OpenGLBackend::Impl::copy_batch(const FramePlan& plan, std::size_t first, std::s
                 1
             );
         } else {
-            glDisable(GL_SCISSOR_TEST);
             glBlitNamedFramebuffer(
                 from->framebuffer,
                 to->copy_framebuffer,
@@ -420,10 +529,8 @@ OpenGLBackend::Impl::copy_batch(const FramePlan& plan, std::size_t first, std::s
                 GL_COLOR_BUFFER_BIT,
                 GL_NEAREST
             );
-            glEnable(GL_SCISSOR_TEST);
         }
     }
-    return {};
 }
 
 OpenGLBackend::OpenGLBackend(std::unique_ptr<Impl> impl) noexcept : impl_(std::move(impl)) {}
@@ -431,14 +538,23 @@ OpenGLBackend::~OpenGLBackend() = default;
 
 Result<std::unique_ptr<OpenGLBackend>> OpenGLBackend::create(GeometrySource& source) {
     constexpr int kVersion = 45;
-    if (epoxy_gl_version() < kVersion) {
+    const int version = epoxy_gl_version();
+    if (version == 0) {
+        return fail(ErrorCode::device, "OpenGL: no context is current on this thread");
+    }
+    if (version < kVersion) {
         return fail(
             ErrorCode::unsupported,
-            "OpenGL: the current context has version " + std::to_string(epoxy_gl_version() / 10) +
-                "." + std::to_string(epoxy_gl_version() % 10) + ", 4.5 or later is needed"
+            "OpenGL: the current context has version " + std::to_string(version / 10) + "." +
+                std::to_string(version % 10) + ", 4.5 or later is needed"
         );
     }
     auto impl = std::make_unique<Impl>(source);
+    GLint size = 0;
+    GLint samples = 1;
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &size);
+    glGetIntegerv(GL_MAX_SAMPLES, &samples);
+    impl->limits = {.page_size = size, .samples = std::max(samples, 1)};
     const Result<GLuint> program =
         link_program("image quads", kQuadVertexShader, kQuadFragmentShader);
     if (!program) {
@@ -471,69 +587,41 @@ Result<std::unique_ptr<OpenGLBackend>> OpenGLBackend::create(GeometrySource& sou
 Result<void>
 OpenGLBackend::execute(const FramePlan& plan, TargetId target, const FrameClear& clear) noexcept {
     Impl& impl = *impl_;
-    const std::size_t index = index_of(target);
-    if (index == 0 || index > impl.targets.size() || !impl.targets[index - 1].alive) {
-        return fail(
-            ErrorCode::invalid_argument,
-            "OpenGL: target " + std::to_string(index) + " does not exist"
-        );
+    const Target* frame = impl.target(target);
+    if (frame == nullptr) {
+        return no_target(target);
     }
-    const Target& frame = impl.targets[index - 1];
+    if (Result<void> valid = gpu::check_structure(plan); !valid) {
+        return valid;
+    }
     const StateGuard guard;
-    set_drawing_state();
-    while (glGetError() != GL_NO_ERROR) {
-        // Errors of the caller's are not ours to report.
-    }
+    drop_old_errors();
     for (const PageUpdate& update : plan.pages) {
         if (Result<void> updated = impl.update_page(plan.cache, update); !updated) {
             return updated;
         }
     }
-    impl.upload_quads(plan);
-
+    if (Result<void> valid = impl.check_pages(plan, *frame); !valid) {
+        return valid;
+    }
+    if (Result<void> uploaded = impl.upload_quads(plan); !uploaded) {
+        return uploaded;
+    }
     for (std::size_t first = 0; first < plan.passes.size();) {
         std::size_t last = first + 1;
         while (last < plan.passes.size() && plan.passes[last].batch == plan.passes[first].batch) {
             ++last;
         }
-        const PageId id = plan.passes[first].page;
-        glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-        glDepthMask(GL_TRUE);
-        if (id == kNone<PageId>) {
-            glBindFramebuffer(GL_FRAMEBUFFER, frame.framebuffer);
-            const Region& scissor = plan.passes[first].scissor;
-            glScissor(scissor.x, scissor.y, scissor.width, scissor.height);
-            if (clear.enabled) {
-                glClearColor(clear.color.r, clear.color.g, clear.color.b, clear.color.a);
-                glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-            }
-        } else {
-            const Page* page = impl.find(plan.cache, id);
-            if (page == nullptr || !page->scratch) {
-                return fail(
-                    ErrorCode::invalid_argument,
-                    "plan: pass " + std::to_string(first) + " draws into page " +
-                        std::to_string(index_of(id)) + ", which is no scratch page"
-                );
-            }
-            glBindFramebuffer(GL_FRAMEBUFFER, page->framebuffer);
-            // The regions of a batch are disjoint, so one clear around them serves all.
-            Region around = plan.passes[first].scissor;
-            for (std::size_t i = first + 1; i < last; ++i) {
-                around = unite(around, plan.passes[i].scissor);
-            }
-            glScissor(around.x, around.y, around.width, around.height);
-            glClearColor(0.0F, 0.0F, 0.0F, 0.0F);
-            glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-        }
+        const Pass& head = plan.passes[first];
+        const GLuint framebuffer = head.page == kNone<PageId>
+                                       ? frame->framebuffer
+                                       : impl.find(plan.cache, head.page)->framebuffer;
+        set_drawing_state(framebuffer, head.viewport, head.scissor);
+        impl.clear_batch(plan, first, last, clear);
         for (std::size_t i = first; i < last; ++i) {
-            if (Result<void> run = impl.run_pass(plan, plan.passes[i]); !run) {
-                return run;
-            }
+            impl.run_pass(plan, plan.passes[i], framebuffer);
         }
-        if (Result<void> copied = impl.copy_batch(plan, first, last); !copied) {
-            return copied;
-        }
+        impl.copy_batch(plan, first, last);
         first = last;
     }
     const GLenum error = glGetError();
@@ -553,20 +641,11 @@ void OpenGLBackend::finish() noexcept {
 Result<TargetId> OpenGLBackend::create_target(
     std::int32_t width, std::int32_t height, std::int32_t samples
 ) noexcept {
-    if (width < 1 || height < 1 || width > kMostPixels || height > kMostPixels) {
-        return fail(
-            ErrorCode::invalid_argument,
-            "OpenGL: target of " + std::to_string(width) + " x " + std::to_string(height) +
-                " pixels, expected 1 to 16384 a side"
-        );
+    if (Result<void> valid = gpu::check_target(width, height, samples, impl_->limits.samples);
+        !valid) {
+        return tl::unexpected(std::move(valid).error());
     }
-    if (samples < 1 || samples > limits().samples) {
-        return fail(
-            ErrorCode::unsupported,
-            "OpenGL: " + std::to_string(samples) + " samples a pixel, the device takes 1 to " +
-                std::to_string(limits().samples)
-        );
-    }
+    drop_old_errors();
     Target target;
     target.width = width;
     target.height = height;
@@ -587,13 +666,15 @@ Result<TargetId> OpenGLBackend::create_target(
     glNamedFramebufferRenderbuffer(
         target.framebuffer, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, target.depth
     );
-    if (glCheckNamedFramebufferStatus(target.framebuffer, GL_FRAMEBUFFER) !=
-        GL_FRAMEBUFFER_COMPLETE) {
+    const bool complete = glCheckNamedFramebufferStatus(target.framebuffer, GL_FRAMEBUFFER) ==
+                          GL_FRAMEBUFFER_COMPLETE;
+    const GLenum error = glGetError();
+    if (error != GL_NO_ERROR || !complete) {
         Impl::destroy_target(target);
         return fail(
-            ErrorCode::device,
+            error == GL_OUT_OF_MEMORY ? ErrorCode::out_of_memory : ErrorCode::device,
             "OpenGL: cannot make a target of " + std::to_string(width) + " x " +
-                std::to_string(height) + " pixels"
+                std::to_string(height) + " pixels with " + std::to_string(samples) + " samples"
         );
     }
     impl_->targets.push_back(target);
@@ -603,17 +684,39 @@ Result<TargetId> OpenGLBackend::create_target(
 Result<TargetId> OpenGLBackend::wrap_framebuffer(
     std::uint32_t framebuffer, std::int32_t width, std::int32_t height
 ) noexcept {
-    if (width < 1 || height < 1 || width > kMostPixels || height > kMostPixels) {
+    if (Result<void> valid = gpu::check_target(width, height, 1, 1); !valid) {
+        return tl::unexpected(std::move(valid).error());
+    }
+    const auto refused = [&](const char* why) {
         return fail(
             ErrorCode::invalid_argument,
-            "OpenGL: framebuffer of " + std::to_string(width) + " x " + std::to_string(height) +
-                " pixels, expected 1 to 16384 a side"
+            "OpenGL: framebuffer " + std::to_string(framebuffer) + " " + why
         );
+    };
+    if (framebuffer != 0 && glIsFramebuffer(framebuffer) == GL_FALSE) {
+        return refused("does not exist");
     }
+    if (glCheckNamedFramebufferStatus(framebuffer, GL_DRAW_FRAMEBUFFER) !=
+        GL_FRAMEBUFFER_COMPLETE) {
+        return refused("is not complete");
+    }
+    GLint depth = GL_NONE;
+    glGetNamedFramebufferAttachmentParameteriv(
+        framebuffer,
+        framebuffer == 0 ? GL_DEPTH : GL_DEPTH_ATTACHMENT,
+        GL_FRAMEBUFFER_ATTACHMENT_OBJECT_TYPE,
+        &depth
+    );
+    if (depth == GL_NONE) {
+        return refused("has no depth attachment");
+    }
+    GLint samples = 0;
+    glGetNamedFramebufferParameteriv(framebuffer, GL_SAMPLES, &samples);
     Target target;
     target.framebuffer = framebuffer;
     target.width = width;
     target.height = height;
+    target.samples = std::max(samples, 1);
     target.alive = true;
     impl_->targets.push_back(target);
     return make_id<TargetId>(impl_->targets.size());
@@ -627,60 +730,68 @@ void OpenGLBackend::destroy_target(TargetId target) noexcept {
 }
 
 Result<Picture> OpenGLBackend::read_target(TargetId target) {
-    const std::size_t index = index_of(target);
-    if (index == 0 || index > impl_->targets.size() || !impl_->targets[index - 1].alive) {
-        return fail(
-            ErrorCode::invalid_argument,
-            "OpenGL: target " + std::to_string(index) + " does not exist"
-        );
+    const Target* read = impl_->target(target);
+    if (read == nullptr) {
+        return no_target(target);
     }
-    const Target& frame = impl_->targets[index - 1];
-    Result<TargetId> resolved = TargetId{};
-    GLuint framebuffer = frame.framebuffer;
-    if (frame.samples > 1) {
-        resolved = create_target(frame.width, frame.height, 1);
-        if (!resolved) {
-            return tl::unexpected(resolved.error());
-        }
-        const Target& samples = impl_->targets[index - 1];
-        framebuffer = impl_->targets[index_of(*resolved) - 1].framebuffer;
+    drop_old_errors();
+    const ReadGuard guard;
+    Picture picture;
+    picture.width = read->width;
+    picture.height = read->height;
+    const std::size_t row = static_cast<std::size_t>(picture.width) * 4;
+    picture.rgba.resize(row * static_cast<std::size_t>(picture.height));
+
+    GLuint resolved = 0;
+    GLuint resolved_color = 0;
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, read->framebuffer);
+    const bool choose_buffer = read->framebuffer != 0; // a window's is what it is
+    GLint old_buffer = GL_NONE;
+    if (choose_buffer) {
+        glGetIntegerv(GL_READ_BUFFER, &old_buffer);
+        glReadBuffer(GL_COLOR_ATTACHMENT0);
+    }
+    if (read->samples > 1) {
+        glCreateRenderbuffers(1, &resolved_color);
+        glNamedRenderbufferStorage(resolved_color, GL_RGBA8, read->width, read->height);
+        glCreateFramebuffers(1, &resolved);
+        glNamedFramebufferRenderbuffer(
+            resolved, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, resolved_color
+        );
         glBlitNamedFramebuffer(
-            samples.framebuffer,
-            framebuffer,
+            read->framebuffer,
+            resolved,
             0,
             0,
-            samples.width,
-            samples.height,
+            read->width,
+            read->height,
             0,
             0,
-            samples.width,
-            samples.height,
+            read->width,
+            read->height,
             GL_COLOR_BUFFER_BIT,
             GL_NEAREST
         );
+        if (choose_buffer) {
+            glReadBuffer(static_cast<GLenum>(old_buffer));
+        }
+        glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved);
     }
-    const Target& read = impl_->targets[index - 1];
-    Picture picture;
-    picture.width = read.width;
-    picture.height = read.height;
-    picture.rgba.resize(
-        static_cast<std::size_t>(read.width) * static_cast<std::size_t>(read.height) * 4
-    );
-    GLint old_framebuffer = 0;
-    GLint old_alignment = 0;
-    GLint old_buffer = 0;
-    glGetIntegerv(GL_READ_FRAMEBUFFER_BINDING, &old_framebuffer);
-    glGetIntegerv(GL_PACK_ALIGNMENT, &old_alignment);
-    glGetIntegerv(GL_PIXEL_PACK_BUFFER_BINDING, &old_buffer);
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
-    glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glReadPixels(0, 0, read.width, read.height, GL_RGBA, GL_UNSIGNED_BYTE, picture.rgba.data());
-    glPixelStorei(GL_PACK_ALIGNMENT, old_alignment);
-    glBindBuffer(GL_PIXEL_PACK_BUFFER, static_cast<GLuint>(old_buffer));
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(old_framebuffer));
+    glReadPixels(0, 0, read->width, read->height, GL_RGBA, GL_UNSIGNED_BYTE, picture.rgba.data());
+    if (read->samples == 1 && choose_buffer) {
+        glReadBuffer(static_cast<GLenum>(old_buffer));
+    }
+    glDeleteFramebuffers(1, &resolved);
+    glDeleteRenderbuffers(1, &resolved_color);
+    const GLenum error = glGetError();
+    if (error != GL_NO_ERROR) {
+        return fail(
+            error == GL_OUT_OF_MEMORY ? ErrorCode::out_of_memory : ErrorCode::device,
+            "OpenGL: error " + std::to_string(error) + " while reading target " +
+                std::to_string(index_of(target))
+        );
+    }
     // OpenGL's rows go up, a picture's go down.
-    const std::size_t row = static_cast<std::size_t>(picture.width) * 4;
     for (std::size_t top = 0, bottom = static_cast<std::size_t>(picture.height) - 1; top < bottom;
          ++top, --bottom) {
         std::swap_ranges(
@@ -689,19 +800,11 @@ Result<Picture> OpenGLBackend::read_target(TargetId target) {
             picture.rgba.begin() + static_cast<std::ptrdiff_t>(bottom * row)
         );
     }
-    if (resolved && *resolved != TargetId{}) {
-        Impl::destroy_target(impl_->targets.back());
-        impl_->targets.pop_back();
-    }
     return picture;
 }
 
 Backend::Limits OpenGLBackend::limits() const noexcept {
-    GLint size = 0;
-    GLint samples = 1;
-    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &size);
-    glGetIntegerv(GL_MAX_SAMPLES, &samples);
-    return {.page_size = size, .samples = std::max(samples, 1)};
+    return impl_->limits;
 }
 
 std::string OpenGLBackend::device() const {

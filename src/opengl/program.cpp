@@ -28,11 +28,11 @@ Result<GLuint> compile(const char* name, GLenum stage, const std::string& text) 
 
 Result<GLuint>
 link_program(const char* name, const std::string& vertex, const std::string& fragment) {
-    const Result<GLuint> vertex_shader = compile(name, GL_VERTEX_SHADER, vertex);
+    Result<GLuint> vertex_shader = compile(name, GL_VERTEX_SHADER, vertex);
     if (!vertex_shader) {
         return vertex_shader;
     }
-    const Result<GLuint> fragment_shader = compile(name, GL_FRAGMENT_SHADER, fragment);
+    Result<GLuint> fragment_shader = compile(name, GL_FRAGMENT_SHADER, fragment);
     if (!fragment_shader) {
         glDeleteShader(*vertex_shader);
         return fragment_shader;

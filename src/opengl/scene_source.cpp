@@ -1,4 +1,6 @@
 #include "opengl/program.hpp"
+#include "opengl/state_guard.hpp"
+#include <farfield/core/assert.hpp>
 #include <farfield/opengl/scene_source.hpp>
 
 #include <epoxy/gl.h>
@@ -30,15 +32,15 @@ constexpr GLuint kTexcoordBinding = 1;
 constexpr GLuint kInstanceBinding = 2;
 
 struct Vertex {
-    glm::vec3 position;
+    glm::vec3 position{0.0F};
     std::uint32_t normal = 0; // 10 bits a component, signed
     glm::u8vec4 color{255};
 };
 static_assert(sizeof(Vertex) == 20);
 
 struct InstanceData {
-    std::array<glm::vec4, 3> rows;
-    std::array<glm::vec3, 3> normal_rows;
+    std::array<glm::vec4, 3> rows{};
+    std::array<glm::vec3, 3> normal_rows{};
 };
 static_assert(sizeof(InstanceData) == 84);
 
@@ -217,6 +219,7 @@ struct SceneSource::Impl {
 
     Result<void> make_programs();
     Result<void> upload_textures(const Scene& scene);
+    void add_materials(const Scene& scene);
     void upload_meshes(const Scene& scene);
     void upload_split(const Scene& scene, const Hierarchy& hierarchy);
     void make_arrays();
@@ -286,19 +289,34 @@ Result<void> SceneSource::Impl::upload_textures(const Scene& scene) {
         glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
         bytes += texture.pixels.size() * 4 / 3;
     }
+    return {};
+}
+
+void SceneSource::Impl::add_materials(const Scene& scene) {
     // Entry 0 is the material of parts that name none.
     materials.push_back({});
+    GLuint white = 0;
     for (const Material& material : scene.materials) {
         MaterialOnDevice on_device;
         on_device.base_color = material.base_color;
+        on_device.alpha_cutoff = material.alpha_cutoff;
         if (material.texture != kNone<TextureId>) {
             on_device.texture = textures[index_of(material.texture)];
-            on_device.alpha_cutoff = material.alpha_cutoff;
             on_device.surface = material.alpha_cutoff > 0.0F ? Surface::cutout : Surface::textured;
+        } else if (material.alpha_cutoff > 0.0F) {
+            // Holes come from the alpha of vertices: rare enough to share a program.
+            if (white == 0) {
+                constexpr std::array<std::uint8_t, 4> kWhite = {255, 255, 255, 255};
+                glCreateTextures(GL_TEXTURE_2D, 1, &white);
+                textures.push_back(white);
+                glTextureStorage2D(white, 1, GL_RGBA8, 1, 1);
+                glTextureSubImage2D(white, 0, 0, 0, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, kWhite.data());
+            }
+            on_device.texture = white;
+            on_device.surface = Surface::cutout;
         }
         materials.push_back(on_device);
     }
-    return {};
 }
 
 void SceneSource::Impl::upload_meshes(const Scene& scene) {
@@ -488,7 +506,7 @@ void SceneSource::Impl::use_material(std::uint32_t index, const PassContext& con
         glUniform4f(program.light, to_light.x, to_light.y, to_light.z, light.ambient);
         if (context.clip.has_value()) {
             // Inward planes of the box, in camera space.
-            std::array<glm::vec4, 6> planes;
+            std::array<glm::vec4, 6> planes{};
             const glm::dvec3 eye = context.view.eye - context.origin;
             for (int axis = 0; axis < 3; ++axis) {
                 glm::dvec3 normal(0.0);
@@ -521,8 +539,12 @@ SceneSource::create(const Scene& scene, const Hierarchy* hierarchy) {
     if (Result<void> made = impl->make_programs(); !made) {
         return tl::unexpected(std::move(made).error());
     }
-    if (Result<void> uploaded = impl->upload_textures(scene); !uploaded) {
-        return tl::unexpected(std::move(uploaded).error());
+    {
+        const UploadGuard guard;
+        if (Result<void> uploaded = impl->upload_textures(scene); !uploaded) {
+            return tl::unexpected(std::move(uploaded).error());
+        }
+        impl->add_materials(scene);
     }
     impl->upload_meshes(scene);
     if (hierarchy != nullptr && !hierarchy->pieces.empty()) {
@@ -550,6 +572,7 @@ void SceneSource::draw(const DrawList& list, const PassContext& context) noexcep
     // Group the items by mesh with a counting sort over the meshes that occur.
     impl.touched.clear();
     for (const ItemId item : list.items) {
+        FARFIELD_ASSERT(index_of(item) < impl.instances.size());
         const std::size_t mesh = index_of(impl.instances[index_of(item)].mesh);
         if (impl.mesh_count[mesh]++ == 0) {
             impl.touched.push_back(static_cast<std::uint32_t>(mesh));
@@ -609,7 +632,7 @@ void SceneSource::draw(const DrawList& list, const PassContext& context) noexcep
                 GL_TRIANGLES,
                 part.index_count,
                 GL_UNSIGNED_INT,
-                reinterpret_cast<const void*>(part.index_offset),
+                buffer_offset(part.index_offset),
                 static_cast<GLsizei>(count),
                 on_device.base_vertex,
                 first
@@ -644,7 +667,7 @@ void SceneSource::draw(const DrawList& list, const PassContext& context) noexcep
                 GL_TRIANGLES,
                 static_cast<GLsizei>(count * 3),
                 GL_UNSIGNED_INT,
-                reinterpret_cast<const void*>(std::size_t{piece.first} * 3 * sizeof(std::uint32_t)),
+                buffer_offset(std::size_t{piece.first} * 3 * sizeof(std::uint32_t)),
                 1,
                 on_device.base_vertex,
                 instance

@@ -1,5 +1,7 @@
 #include "opengl/state_guard.hpp"
 
+#include <cstddef>
+
 namespace farfield::opengl {
 
 namespace {
@@ -12,37 +14,61 @@ void set_switch(GLenum name, GLboolean on) noexcept {
     }
 }
 
+void set_first_switch(GLenum name, GLboolean on) noexcept {
+    if (on == GL_TRUE) {
+        glEnablei(name, 0);
+    } else {
+        glDisablei(name, 0);
+    }
+}
+
 GLint integer(GLenum name) noexcept {
     GLint value = 0;
     glGetIntegerv(name, &value);
     return value;
 }
 
+GLint first_integer(GLenum name) noexcept {
+    GLint value = 0;
+    glGetIntegeri_v(name, 0, &value);
+    return value;
+}
+
+/// Plain rows of bytes, as many as there are pixels.
+void set_plain_rows(const std::array<GLenum, 6>& names) noexcept {
+    for (const GLenum name : names) {
+        glPixelStorei(name, name == GL_PACK_ALIGNMENT || name == GL_UNPACK_ALIGNMENT ? 1 : 0);
+    }
+}
+
 } // namespace
 
 StateGuard::StateGuard() noexcept {
-    for (std::size_t i = 0; i < kSwitches.size(); ++i) {
-        switches_[i] = glIsEnabled(kSwitches[i]);
+    for (std::size_t i = 0; i < kOff.size(); ++i) {
+        off_[i] = glIsEnabled(kOff[i]);
     }
     for (std::size_t i = 0; i < kClipDistances; ++i) {
         clip_distances_[i] = glIsEnabled(GL_CLIP_DISTANCE0 + static_cast<GLenum>(i));
     }
-    glGetIntegerv(GL_VIEWPORT, viewport_.data());
-    glGetIntegerv(GL_SCISSOR_BOX, scissor_.data());
-    glGetFloatv(GL_COLOR_CLEAR_VALUE, clear_color_.data());
-    glGetBooleanv(GL_COLOR_WRITEMASK, color_mask_.data());
-    glGetDoublev(GL_DEPTH_RANGE, depth_range_.data());
-    glGetDoublev(GL_DEPTH_CLEAR_VALUE, &clear_depth_);
+    depth_test_ = glIsEnabled(GL_DEPTH_TEST);
+    multisample_ = glIsEnabled(GL_MULTISAMPLE);
+    blend_ = glIsEnabledi(GL_BLEND, 0);
+    scissor_test_ = glIsEnabledi(GL_SCISSOR_TEST, 0);
+    glGetFloati_v(GL_VIEWPORT, 0, viewport_.data());
+    glGetIntegeri_v(GL_SCISSOR_BOX, 0, scissor_.data());
+    glGetBooleani_v(GL_COLOR_WRITEMASK, 0, color_mask_.data());
+    glGetDoublei_v(GL_DEPTH_RANGE, 0, depth_range_.data());
     glGetBooleanv(GL_DEPTH_WRITEMASK, &depth_mask_);
     depth_function_ = integer(GL_DEPTH_FUNC);
-    blend_source_color_ = integer(GL_BLEND_SRC_RGB);
-    blend_target_color_ = integer(GL_BLEND_DST_RGB);
-    blend_source_alpha_ = integer(GL_BLEND_SRC_ALPHA);
-    blend_target_alpha_ = integer(GL_BLEND_DST_ALPHA);
-    blend_equation_color_ = integer(GL_BLEND_EQUATION_RGB);
-    blend_equation_alpha_ = integer(GL_BLEND_EQUATION_ALPHA);
+    blend_source_color_ = first_integer(GL_BLEND_SRC_RGB);
+    blend_target_color_ = first_integer(GL_BLEND_DST_RGB);
+    blend_source_alpha_ = first_integer(GL_BLEND_SRC_ALPHA);
+    blend_target_alpha_ = first_integer(GL_BLEND_DST_ALPHA);
+    blend_equation_color_ = first_integer(GL_BLEND_EQUATION_RGB);
+    blend_equation_alpha_ = first_integer(GL_BLEND_EQUATION_ALPHA);
     clip_origin_ = integer(GL_CLIP_ORIGIN);
     clip_depth_ = integer(GL_CLIP_DEPTH_MODE);
+    provoking_vertex_ = integer(GL_PROVOKING_VERTEX);
     std::array<GLint, 2> polygon_modes{};
     glGetIntegerv(GL_POLYGON_MODE, polygon_modes.data());
     polygon_mode_ = polygon_modes[0];
@@ -58,30 +84,34 @@ StateGuard::StateGuard() noexcept {
 }
 
 StateGuard::~StateGuard() {
-    for (std::size_t i = 0; i < kSwitches.size(); ++i) {
-        set_switch(kSwitches[i], switches_[i]);
+    for (std::size_t i = 0; i < kOff.size(); ++i) {
+        set_switch(kOff[i], off_[i]);
     }
     for (std::size_t i = 0; i < kClipDistances; ++i) {
         set_switch(GL_CLIP_DISTANCE0 + static_cast<GLenum>(i), clip_distances_[i]);
     }
-    glViewport(viewport_[0], viewport_[1], viewport_[2], viewport_[3]);
-    glScissor(scissor_[0], scissor_[1], scissor_[2], scissor_[3]);
-    glClearColor(clear_color_[0], clear_color_[1], clear_color_[2], clear_color_[3]);
-    glColorMask(color_mask_[0], color_mask_[1], color_mask_[2], color_mask_[3]);
-    glDepthRange(depth_range_[0], depth_range_[1]);
-    glClearDepth(clear_depth_);
+    set_switch(GL_DEPTH_TEST, depth_test_);
+    set_switch(GL_MULTISAMPLE, multisample_);
+    set_first_switch(GL_BLEND, blend_);
+    set_first_switch(GL_SCISSOR_TEST, scissor_test_);
+    glViewportIndexedfv(0, viewport_.data());
+    glScissorIndexedv(0, scissor_.data());
+    glColorMaski(0, color_mask_[0], color_mask_[1], color_mask_[2], color_mask_[3]);
+    glDepthRangeIndexed(0, depth_range_[0], depth_range_[1]);
     glDepthMask(depth_mask_);
     glDepthFunc(static_cast<GLenum>(depth_function_));
-    glBlendFuncSeparate(
+    glBlendFuncSeparatei(
+        0,
         static_cast<GLenum>(blend_source_color_),
         static_cast<GLenum>(blend_target_color_),
         static_cast<GLenum>(blend_source_alpha_),
         static_cast<GLenum>(blend_target_alpha_)
     );
-    glBlendEquationSeparate(
-        static_cast<GLenum>(blend_equation_color_), static_cast<GLenum>(blend_equation_alpha_)
+    glBlendEquationSeparatei(
+        0, static_cast<GLenum>(blend_equation_color_), static_cast<GLenum>(blend_equation_alpha_)
     );
     glClipControl(static_cast<GLenum>(clip_origin_), static_cast<GLenum>(clip_depth_));
+    glProvokingVertex(static_cast<GLenum>(provoking_vertex_));
     glPolygonMode(GL_FRONT_AND_BACK, static_cast<GLenum>(polygon_mode_));
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, static_cast<GLuint>(draw_framebuffer_));
     glBindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(read_framebuffer_));
@@ -94,40 +124,77 @@ StateGuard::~StateGuard() {
     glActiveTexture(static_cast<GLenum>(active_texture_));
 }
 
-void set_drawing_state() noexcept {
-    for (const GLenum name :
-         {GL_COLOR_LOGIC_OP,
-          GL_CULL_FACE,
-          GL_DEPTH_CLAMP,
-          GL_DITHER,
-          GL_FRAMEBUFFER_SRGB,
-          GL_POLYGON_OFFSET_FILL,
-          GL_PRIMITIVE_RESTART,
-          GL_PRIMITIVE_RESTART_FIXED_INDEX,
-          GL_RASTERIZER_DISCARD,
-          GL_SAMPLE_ALPHA_TO_COVERAGE,
-          GL_SAMPLE_ALPHA_TO_ONE,
-          GL_SAMPLE_COVERAGE,
-          GL_SAMPLE_MASK,
-          GL_SAMPLE_SHADING,
-          GL_STENCIL_TEST}) {
+void set_drawing_state(GLuint framebuffer, const Region& viewport, const Region& scissor) noexcept {
+    for (const GLenum name : StateGuard::kOff) {
         glDisable(name);
     }
-    for (GLenum plane = 0; plane < 8; ++plane) {
-        glDisable(GL_CLIP_DISTANCE0 + plane);
+    for (std::size_t i = 0; i < StateGuard::kClipDistances; ++i) {
+        glDisable(GL_CLIP_DISTANCE0 + static_cast<GLenum>(i));
     }
-    glEnable(GL_SCISSOR_TEST);
     glEnable(GL_DEPTH_TEST);
     glEnable(GL_MULTISAMPLE);
-    glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+    glDisablei(GL_BLEND, 0);
+    glEnablei(GL_SCISSOR_TEST, 0);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    glViewportIndexedf(
+        0,
+        static_cast<GLfloat>(viewport.x),
+        static_cast<GLfloat>(viewport.y),
+        static_cast<GLfloat>(viewport.width),
+        static_cast<GLfloat>(viewport.height)
+    );
+    glScissorIndexed(0, scissor.x, scissor.y, scissor.width, scissor.height);
+    glColorMaski(0, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glDepthRangeIndexed(0, 0.0, 1.0);
+    glDepthMask(GL_TRUE);
+    glDepthFunc(GL_GREATER);
+    glBlendFunci(0, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    glBlendEquationi(0, GL_FUNC_ADD);
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-    glDepthRange(0.0, 1.0);
-    glClearDepth(0.0);
-    glBlendEquation(GL_FUNC_ADD);
-    glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    // Nothing is flat-shaded, but drivers turn triangles by it, and rounding turns with them.
+    glProvokingVertex(GL_LAST_VERTEX_CONVENTION);
+    glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
     glBindProgramPipeline(0);
     glActiveTexture(GL_TEXTURE0);
     glBindSampler(0, 0);
+}
+
+ReadGuard::ReadGuard() noexcept {
+    for (std::size_t i = 0; i < kPack.size(); ++i) {
+        pack_[i] = integer(kPack[i]);
+    }
+    pack_buffer_ = integer(GL_PIXEL_PACK_BUFFER_BINDING);
+    framebuffer_ = integer(GL_READ_FRAMEBUFFER_BINDING);
+    scissor_test_ = glIsEnabledi(GL_SCISSOR_TEST, 0);
+    set_plain_rows(kPack);
+    glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+    // It would cut the resolve of a target with several samples.
+    glDisablei(GL_SCISSOR_TEST, 0);
+}
+
+ReadGuard::~ReadGuard() {
+    for (std::size_t i = 0; i < kPack.size(); ++i) {
+        glPixelStorei(kPack[i], pack_[i]);
+    }
+    glBindBuffer(GL_PIXEL_PACK_BUFFER, static_cast<GLuint>(pack_buffer_));
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(framebuffer_));
+    set_first_switch(GL_SCISSOR_TEST, scissor_test_);
+}
+
+UploadGuard::UploadGuard() noexcept {
+    for (std::size_t i = 0; i < kUnpack.size(); ++i) {
+        unpack_[i] = integer(kUnpack[i]);
+    }
+    unpack_buffer_ = integer(GL_PIXEL_UNPACK_BUFFER_BINDING);
+    set_plain_rows(kUnpack);
+    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
+}
+
+UploadGuard::~UploadGuard() {
+    for (std::size_t i = 0; i < kUnpack.size(); ++i) {
+        glPixelStorei(kUnpack[i], unpack_[i]);
+    }
+    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, static_cast<GLuint>(unpack_buffer_));
 }
 
 } // namespace farfield::opengl

@@ -11,15 +11,23 @@
 namespace farfield::opengl {
 
 /// Executes frame plans with OpenGL 4.5 core, in the context that is current on the calling thread:
-/// a `HeadlessContext`, or the one of an engine. Every state that `execute` touches is restored to
-/// what it was before the call.
+/// a `HeadlessContext`, or the one of an engine.
+///
+/// Every state that `execute`, `read_target` or a `SceneSource` touches is restored to what it was
+/// before the call. A source of the engine's own may leave what it likes behind between its draws,
+/// the backend sets its own state again; after `execute` only what it changed beyond that of a
+/// `SceneSource` is left.
+///
+/// Plans are checked as far as that costs next to nothing: `gpu::check_structure`, and that pages
+/// exist, are of the right kind, and hold what is drawn or copied to them. Whether items exist and
+/// images were ever made only `NullBackend` checks.
 ///
 /// Images are rendered in one scratch page with a 32-bit float reverse-z depth buffer, many in a
 /// batch, and copied to their pages. Colours are blended as encoded (`GL_FRAMEBUFFER_SRGB` is off).
 class OpenGLBackend final : public Backend {
   public:
     /// @param source draws the items; must outlive the backend and use the same context
-    /// @return an error when the current context is older than 4.5 or there is none
+    /// @return `device` where no context is current, `unsupported` where it is older than 4.5
     [[nodiscard]] static Result<std::unique_ptr<OpenGLBackend>> create(GeometrySource& source);
 
     ~OpenGLBackend() override;
@@ -36,9 +44,11 @@ class OpenGLBackend final : public Backend {
     [[nodiscard]] std::uint64_t image_bytes() const noexcept override;
 
     /// Draws into a framebuffer of the caller's instead of one of the backend's own. It needs a
-    /// depth attachment; `read_target` reads its first colour attachment.
-    /// @param framebuffer OpenGL name; 0 is the window
-    /// @param width, height [px]
+    /// depth attachment, which is reverse-z: cleared to 0, nearer is greater. Its first draw buffer
+    /// is drawn to; `read_target` reads its first colour attachment, of the window the read buffer.
+    /// @param framebuffer OpenGL name; 0 is the window; must outlive its use as a target
+    /// @param width, height [px] its size
+    /// @return `invalid_argument` for one that does not exist, is not complete or has no depth
     [[nodiscard]] Result<TargetId>
     wrap_framebuffer(std::uint32_t framebuffer, std::int32_t width, std::int32_t height) noexcept;
 

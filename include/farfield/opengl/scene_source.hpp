@@ -12,6 +12,9 @@ namespace farfield::opengl {
 
 /// Draws a `Scene` with OpenGL: indexed, instanced, one call for all instances of a mesh part in a
 /// draw list. Transforms are formed relative to the eye in double precision.
+///
+/// Of OpenGL's state, drawing changes the program, the vertex array, the 2D texture of unit 0 and
+/// clip distances 0 to 5, which it leaves off; creating changes nothing.
 class SceneSource final : public GeometrySource {
   public:
     /// Uploads meshes and textures; the scene is not needed afterwards.
@@ -24,6 +27,8 @@ class SceneSource final : public GeometrySource {
     ~SceneSource() override;
 
     [[nodiscard]] Capabilities capabilities() const noexcept override;
+
+    /// @pre items and pieces are those of the scene and the hierarchy
     void draw(const DrawList& list, const PassContext& context) noexcept override;
 
     /// Bytes of buffers and textures on the device.
