@@ -106,6 +106,7 @@ ordered_json cost_model_json(const std::optional<CostModel>& model) {
         {"triangle_s", model->triangle_s},
         {"draw_call_s", model->draw_call_s},
         {"image_quad_s", model->image_quad_s},
+        {"image_pixel_s", model->image_pixel_s},
         {"pass_s", model->pass_s},
         {"texel_s", model->texel_s}};
 }

@@ -28,8 +28,11 @@ namespace {
 
 constexpr std::int32_t kLargestPage = 16384;
 constexpr std::int32_t kSmallestPage = 64;
-// One transparent texel around an image, so that bilinear filtering fades out instead of smearing.
-constexpr std::int32_t kBorder = 1;
+// Transparent texels around an image. The quad takes in the inner ring, so that bilinear filtering
+// fades out instead of smearing the last texel; the outer ring keeps it from what lies beside the
+// image in its page.
+constexpr std::int32_t kFade = 1;
+constexpr std::int32_t kBorder = kFade + 1;
 // Surfaces that cost less than this share of the scene are cheaper drawn as geometry in every frame
 // than spread over all images, whose boxes they would enlarge.
 constexpr double kSmallSurfaceShare = 0.05;
@@ -75,12 +78,13 @@ float nearest_depth(const Box3f& box, const Frame& frame) noexcept {
     return glm::dot(nearest - frame.eye, frame.forward);
 }
 
-Region with_border(const Region& region) noexcept {
+/// A region that is larger, or smaller, by `texels` on each side.
+Region grown(const Region& region, std::int32_t texels) noexcept {
     return {
-        region.x - kBorder,
-        region.y - kBorder,
-        region.width + 2 * kBorder,
-        region.height + 2 * kBorder};
+        region.x - texels,
+        region.y - texels,
+        region.width + 2 * texels,
+        region.height + 2 * texels};
 }
 
 /// Pixels of the view's own grid that the box may touch, rounded outwards; y up.
@@ -407,7 +411,7 @@ void ImageCache::Impl::decide(std::uint32_t index) noexcept {
     if (rectangle.width > widest || rectangle.height > highest) {
         return;
     }
-    const std::uint64_t texels = area(with_border(rectangle));
+    const std::uint64_t texels = area(grown(rectangle, kBorder));
     const double show_s = image_cost(options.costs, static_cast<double>(texels));
     double create_s = creation_cost(options.costs, state.bake_s, texels);
     if (!policy::image_pays(create_s, show_s, state.draw_s, life)) {
@@ -449,7 +453,7 @@ bool ImageCache::Impl::make_image(
         }
         state.image = ImageStore::kNoImage;
     }
-    const Region bordered = with_border(rectangle);
+    const Region bordered = grown(rectangle, kBorder);
     const std::uint32_t slot =
         store.create(index, bordered.width, bordered.height, frame.number, plan.pages);
     statistics.images_evicted += store.take_evictions();
@@ -461,14 +465,13 @@ bool ImageCache::Impl::make_image(
     image.plane = plane;
     image.box = box;
 
-    // The quad: the bordered rectangle, projected onto the image plane.
-    const Lens lens = sub_lens(
-        frame.view,
-        bordered.x,
-        bordered.y,
-        bordered.x + bordered.width,
-        bordered.y + bordered.height
-    );
+    const auto lens_of = [&](const Region& region) {
+        return sub_lens(
+            frame.view, region.x, region.y, region.x + region.width, region.y + region.height
+        );
+    };
+    // The quad: the rectangle and what fades around it, projected onto the image plane.
+    const Lens lens = lens_of(grown(rectangle, kFade));
     const float distance = glm::dot(plane.point - plane.viewpoint, plane.normal);
     const auto left = static_cast<float>(lens.left);
     const auto bottom = static_cast<float>(lens.bottom);
@@ -484,7 +487,7 @@ bool ImageCache::Impl::make_image(
         pass.viewport = whole;
         pass.scissor = bordered;
     } else {
-        pass.view.lens = lens;
+        pass.view.lens = lens_of(bordered);
         pass.view.width = bordered.width;
         pass.view.height = bordered.height;
         pass.viewport = {0, 0, bordered.width, bordered.height}; // placed when all are known
@@ -615,7 +618,7 @@ ImageQuad ImageCache::Impl::quad_of(const CachedImage& image) const noexcept {
     const float nearest = static_cast<float>(frame.view.lens.near_distance) * 1.0001F;
     ImageQuad quad;
     quad.page = image.page;
-    quad.source = image.region;
+    quad.source = grown(image.region, kFade - kBorder);
     quad.origin = image.origin;
     quad.edge_u = image.edge_u;
     quad.edge_v = image.edge_v;
