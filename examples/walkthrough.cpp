@@ -2,10 +2,13 @@
 // farfield::eval; this program turns options into a run.
 #include "scenes/scene_catalog.hpp"
 #include <farfield/eval/camera_path.hpp>
+#include <farfield/eval/cost_model_file.hpp>
 #include <farfield/eval/image_errors.hpp>
 #include <farfield/eval/overlay.hpp>
 #include <farfield/eval/run_report.hpp>
 #include <farfield/eval/walk.hpp>
+#include <farfield/gpu/calibrate.hpp>
+#include <farfield/gpu/null/null_backend.hpp>
 #include <farfield/io/png.hpp>
 #include <farfield/io/scene_file.hpp>
 #include <farfield/opengl/context.hpp>
@@ -26,6 +29,7 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <string>
 #include <unistd.h>
 #include <utility>
@@ -40,6 +44,8 @@ struct Options {
     std::map<std::string, double, std::less<>> scene_values;
     std::string technique = "image-cache";
     std::string preset = "shade1996";
+    std::string backend = "opengl";
+    std::string cost_model;
     ImageCacheOptions cache;
     std::uint64_t budget_mib = 64;
     std::string size;
@@ -51,6 +57,7 @@ struct Options {
     std::optional<int> whole_path;
     WalkOptions walk;
     partition::BspOptions bsp;
+    std::optional<std::uint32_t> max_items;
     std::string json;
     std::string frames_csv;
     std::string out;
@@ -64,6 +71,7 @@ struct World {
     double fov_deg = 60.0;
     int width = 640;
     int height = 480;
+    std::uint32_t max_items = partition::BspOptions{}.max_items;
 };
 
 double milliseconds_since(std::chrono::steady_clock::time_point begin) {
@@ -87,6 +95,7 @@ Result<World> load_world(const Options& options) {
         world.fov_deg = made->fov_deg;
         world.width = made->width;
         world.height = made->height;
+        world.max_items = made->max_items;
     } else {
         io::LoadOptions load;
         load.up = options.up == "z" ? io::UpAxis::z : io::UpAxis::y;
@@ -278,7 +287,62 @@ void print_table(const RunReport& report) {
     }
 }
 
+/// A backend and what it stands on, in the order in which they may go.
+struct Device {
+    std::optional<opengl::HeadlessContext> context;
+    std::unique_ptr<opengl::SceneSource> source;
+    std::unique_ptr<Backend> backend;
+};
+
+Result<Device> make_device(
+    const std::string& name,
+    const Scene& scene,
+    const Hierarchy& hierarchy,
+    std::span<const std::uint64_t> item_primitives
+) {
+    Device device;
+    if (name == "null") {
+        device.backend = std::make_unique<NullBackend>(item_primitives, &hierarchy);
+        return device;
+    }
+    auto context = opengl::HeadlessContext::create();
+    if (!context) {
+        return tl::unexpected(context.error());
+    }
+    device.context.emplace(std::move(*context));
+    auto source = opengl::SceneSource::create(scene, &hierarchy);
+    if (!source) {
+        return tl::unexpected(source.error());
+    }
+    device.source = std::move(*source);
+    auto backend = opengl::OpenGLBackend::create(*device.source);
+    if (!backend) {
+        return tl::unexpected(backend.error());
+    }
+    device.backend = std::move(*backend);
+    return device;
+}
+
+/// The model of a file, one measured now, or the default.
+Result<CostModel> choose_cost_model(
+    const std::string& choice,
+    Backend& backend,
+    const Hierarchy& hierarchy,
+    std::span<const std::uint64_t> item_primitives
+) {
+    if (choice.empty()) {
+        return CostModel{};
+    }
+    if (choice == "measure") {
+        return gpu::calibrate(backend, hierarchy, item_primitives);
+    }
+    return eval::load_cost_model(choice);
+}
+
 Result<void> run(const Options& options) {
+    if (options.backend == "null" && options.walk.picture_every > 0) {
+        return fail(ErrorCode::invalid_argument, "--png: the null backend draws no pictures");
+    }
     auto world = load_world(options);
     if (!world) {
         return tl::unexpected(world.error());
@@ -287,28 +351,17 @@ Result<void> run(const Options& options) {
     const Box3d box = scene_bounds(scene);
     const double radius = glm::length(extent(box)) / 2.0;
 
-    const auto build_begin = std::chrono::steady_clock::now();
-    const auto hierarchy = build_hierarchy(scene, options.bsp);
-    if (!hierarchy) {
-        return tl::unexpected(hierarchy.error());
-    }
-    const double build_ms = milliseconds_since(build_begin);
-
-    std::optional<ImageCache> cache;
-    ImageCacheOptions cache_options = presets::shade1996(options.cache);
-    cache_options.validity = options.cache.validity;
-    cache_options.image_budget_bytes = options.budget_mib << 20U;
-    if (options.technique == "image-cache") {
-        auto made = ImageCache::create(*hierarchy, cache_options);
-        if (!made) {
-            return tl::unexpected(made.error());
-        }
-        cache.emplace(std::move(*made));
-    }
-
     WalkOptions walk_options = options.walk;
     walk_options.frames =
         options.whole_path.value_or(options.frames.value_or(world->path.frame_count));
+    if (!options.whole_path && walk_options.frames > world->path.frame_count) {
+        return fail(
+            ErrorCode::invalid_argument,
+            "--frames is " + std::to_string(walk_options.frames) + ", the path has " +
+                std::to_string(world->path.frame_count) +
+                " (--whole-path walks all of it in any number of frames)"
+        );
+    }
     const auto view = [&](int frame) {
         const double at = options.whole_path
                               ? eval::whole_path_frame(world->path, frame, *options.whole_path)
@@ -319,25 +372,47 @@ Result<void> run(const Options& options) {
         return valid;
     }
 
-    auto context = opengl::HeadlessContext::create();
-    if (!context) {
-        return tl::unexpected(context.error());
+    const auto build_begin = std::chrono::steady_clock::now();
+    partition::BspOptions bsp = options.bsp;
+    bsp.max_items = options.max_items.value_or(world->max_items);
+    const auto hierarchy = build_hierarchy(scene, bsp);
+    if (!hierarchy) {
+        return tl::unexpected(hierarchy.error());
     }
-    auto source = opengl::SceneSource::create(scene, &*hierarchy);
-    if (!source) {
-        return tl::unexpected(source.error());
-    }
-    auto backend = opengl::OpenGLBackend::create(**source);
-    if (!backend) {
-        return tl::unexpected(backend.error());
-    }
+    const double build_ms = milliseconds_since(build_begin);
 
     std::vector<std::uint64_t> item_primitives;
     for (const Instance& instance : scene.instances) {
         item_primitives.push_back(primitive_count(scene.meshes[index_of(instance.mesh)]));
     }
+    const auto device = make_device(options.backend, scene, *hierarchy, item_primitives);
+    if (!device) {
+        return tl::unexpected(device.error());
+    }
+    const auto costs =
+        choose_cost_model(options.cost_model, *device->backend, *hierarchy, item_primitives);
+    if (!costs) {
+        return tl::unexpected(costs.error());
+    }
+
+    std::optional<ImageCache> cache;
+    ImageCacheOptions cache_options = presets::shade1996(options.cache);
+    cache_options.validity = options.cache.validity;
+    cache_options.costs = *costs;
+    cache_options.image_budget_bytes = options.budget_mib << 20U;
+    if (options.technique == "image-cache") {
+        auto made = ImageCache::create(*hierarchy, cache_options);
+        if (!made) {
+            return tl::unexpected(made.error());
+        }
+        cache.emplace(std::move(*made));
+    }
+
+    if (options.backend == "null") {
+        walk_options.reference_every = 0; // nothing to compare
+    }
     WalkSetup setup;
-    setup.backend = backend->get();
+    setup.backend = device->backend.get();
     setup.hierarchy = &*hierarchy;
     setup.item_primitives = item_primitives;
     setup.view = view;
@@ -398,8 +473,8 @@ Result<void> run(const Options& options) {
     report.scene.depth = hierarchy->quality.depth;
     report.technique = options.technique;
     report.preset = cache ? options.preset : "";
-    report.backend = "opengl";
-    report.device = (*backend)->device();
+    report.backend = options.backend;
+    report.device = device->backend->device();
     report.width = world->width;
     report.height = world->height;
     report.fov_deg = world->fov_deg;
@@ -439,6 +514,10 @@ int main(int argc, char** argv) {
     app.add_option("--scene", options.scene, "island, or a file");
     app.add_option("--technique", options.technique)
         ->check(CLI::IsMember({"geometry", "image-cache"}));
+    app.add_option("--backend", options.backend)->check(CLI::IsMember({"opengl", "null"}));
+    app.add_option(
+        "--cost-model", options.cost_model, "file, or 'measure'; a stored one if not given"
+    );
     app.add_option("--preset", options.preset)->check(CLI::IsMember({"shade1996"}));
     app.add_option("--error-px", options.cache.error_px, "largest displacement [px]");
     app.add_option("--frames", options.frames, "how many frames of the path, at its own pace")
@@ -472,7 +551,7 @@ int main(int argc, char** argv) {
         ->transform(CLI::CheckedTransformer(validities));
     app.add_option("--directions", options.bsp.directions, "of splitting planes around up");
     app.add_flag("--split-vertically", options.bsp.split_vertically, "splits storeys as well");
-    app.add_option("--max-items", options.bsp.max_items, "kept whole rather than cut one");
+    app.add_option("--max-items", options.max_items, "kept whole rather than cut one");
     app.add_option(
         "--max-piece-primitives", options.bsp.max_piece_primitives, "of split surfaces in a leaf"
     );

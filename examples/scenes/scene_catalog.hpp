@@ -4,6 +4,7 @@
 #include <farfield/eval/camera_path.hpp>
 #include <farfield/scene/scene.hpp>
 
+#include <cstdint>
 #include <map>
 #include <span>
 #include <string>
@@ -29,6 +30,9 @@ struct CatalogScene {
     double fov_deg = 60.0; ///< vertical
     int width = 640;       ///< [px]
     int height = 480;      ///< [px]
+    /// Of its hierarchy, as `partition::BspOptions::max_items`. Things that stand apart though
+    /// their boxes touch, as trees do, may have a leaf each.
+    std::uint32_t max_items = 1;
 };
 
 /// One scene that programs offer by name.
