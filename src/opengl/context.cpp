@@ -22,9 +22,7 @@ struct HeadlessContext::Impl {
             eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
             eglDestroyContext(display, context);
         }
-        if (display != EGL_NO_DISPLAY) {
-            eglTerminate(display);
-        }
+        // The display stays: it is the process's, and other contexts on it would go with it.
     }
 };
 
@@ -63,7 +61,6 @@ Result<HeadlessContext> HeadlessContext::create() {
         return egl_error("opening the surfaceless display");
     }
     if (eglInitialize(impl->display, nullptr, nullptr) == EGL_FALSE) {
-        impl->display = EGL_NO_DISPLAY;
         return egl_error("initialising the surfaceless display");
     }
     if (eglBindAPI(EGL_OPENGL_API) == EGL_FALSE) {

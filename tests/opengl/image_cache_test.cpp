@@ -22,6 +22,7 @@ struct Difference {
     double psnr_db = 0.0;
     double over_share = 0.0; ///< of the covered pixels, further apart than 2/255 in a channel
     int covered = 0;
+    int covered_border = 0; ///< of those, on the border of the frame
 };
 
 Difference compare(const Picture& geometry, const Picture& images, const Color& sky) {
@@ -36,7 +37,10 @@ Difference compare(const Picture& geometry, const Picture& images, const Color& 
                 const double difference = a[channel] - b[channel];
                 squares += difference * difference;
             }
+            const bool border =
+                x == 0 || y == 0 || x == geometry.width - 1 || y == geometry.height - 1;
             result.covered += a != sky ? 1 : 0;
+            result.covered_border += border && a != sky ? 1 : 0;
             over += distance(a, b) > 2 ? 1 : 0;
         }
     }
@@ -99,6 +103,7 @@ TEST_CASE("The frame in which images are made equals geometry") {
             const Picture picture = draw(*device->backend, plan, kWidth, kHeight, 1, sky_clear());
             const Difference difference = compare(reference, picture, {0, 0, 255, 255});
             CHECK(difference.covered > kWidth * kHeight / 8);
+            CHECK(difference.covered_border == 0); // images are wholly on screen
             if (exact) {
                 CHECK(difference.psnr_db == 200.0);
                 CHECK(count_different(reference, picture) == 0);

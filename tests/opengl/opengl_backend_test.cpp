@@ -1,6 +1,7 @@
 #include "gpu/backend_conformance.hpp"
 #include "opengl/device.hpp"
 #include "opengl/flat_scene.hpp"
+#include <farfield/gpu/calibrate.hpp>
 
 #include <catch2/catch.hpp>
 
@@ -35,6 +36,19 @@ TEST_CASE("The OpenGL backend does what every backend does") {
     CHECK(device->source->capabilities().clip_planes);
     CHECK(device->source->device_bytes() > 0);
     check_conformance(*device->backend, world);
+}
+
+TEST_CASE("The OpenGL backend can be measured") {
+    const SmallWorld world = make_world(small_scene());
+    const auto device = Device::create(world.scene, &world.hierarchy);
+    if (device == nullptr) {
+        return;
+    }
+    const auto costs =
+        gpu::calibrate(*device->backend, world.hierarchy, world.item_primitives, {.seconds = 0.3});
+    REQUIRE(costs.has_value());
+    CHECK(validate(*costs).has_value());
+    CHECK(device->backend->image_bytes() == 0);
 }
 
 TEST_CASE("A scene without meshes can be drawn") {
