@@ -130,6 +130,13 @@ Result<World> load_world(const Options& options) {
         world.path = std::move(*path);
     }
     if (options.fov_deg) {
+        if (!(*options.fov_deg > 0.0 && *options.fov_deg < 180.0)) {
+            return fail(
+                ErrorCode::invalid_argument,
+                "--fov-deg is " + std::to_string(*options.fov_deg) +
+                    ", expected more than 0 and less than 180 degrees"
+            );
+        }
         world.fov_deg = *options.fov_deg;
     }
     if (!options.size.empty()) {
@@ -141,6 +148,12 @@ Result<World> load_world(const Options& options) {
             return fail(
                 ErrorCode::invalid_argument,
                 "--size is '" + options.size + "', expected WIDTHxHEIGHT, as 640x480"
+            );
+        }
+        if (width < 1 || height < 1) {
+            return fail(
+                ErrorCode::invalid_argument,
+                "--size is '" + options.size + "', expected at least 1x1 pixels"
             );
         }
         world.width = width;
@@ -521,9 +534,9 @@ int main(int argc, char** argv) {
     app.add_option("--preset", options.preset)->check(CLI::IsMember({"shade1996"}));
     app.add_option("--error-px", options.cache.error_px, "largest displacement [px]");
     app.add_option("--frames", options.frames, "how many frames of the path, at its own pace")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::Range(1, 10'000'000));
     app.add_option("--whole-path", options.whole_path, "the whole path in this many frames")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::Range(1, 10'000'000));
     app.add_option("--size", options.size, "WIDTHxHEIGHT [px]");
     app.add_option("--fov-deg", options.fov_deg, "vertical field of view [degrees]");
     app.add_option("--path", options.path, "JSON file of a camera path");
@@ -533,9 +546,9 @@ int main(int argc, char** argv) {
     app.add_option("--samples", options.walk.samples, "per pixel of the frame");
     app.add_option("--image-samples", options.cache.image_samples, "per texel of images");
     app.add_option("--reference", options.walk.reference_every, "geometry on every Nth frame")
-        ->check(CLI::NonNegativeNumber);
+        ->check(CLI::Range(0, 10'000'000));
     app.add_option("--png", options.walk.picture_every, "pictures of every Nth frame into --out")
-        ->check(CLI::NonNegativeNumber);
+        ->check(CLI::Range(0, 10'000'000));
     app.add_option("--image-budget-mib", options.budget_mib, "memory for images [MiB]")
         ->check(CLI::Range(0, 1 << 20));
     app.add_flag("--exact-pixels", options.cache.exact_pixels);

@@ -1,4 +1,4 @@
-find_dependency(OpenMesh CONFIG)
+find_dependency(nlohmann_json CONFIG)
 find_dependency(TinyGLTF CONFIG)
 find_dependency(PNG)
 find_dependency(meshoptimizer CONFIG)

@@ -151,6 +151,13 @@ std::optional<Places> place_trees(const IslandOptions& options, Random& random) 
     // Dart throwing stalls when about 55 % of the area is taken by discs of half the spacing; a
     // thousand misses for each hit come well after any density that is not.
     constexpr std::int64_t kDartsPerTree = 1000;
+    // No packing of equal discs is denser than the hexagonal one; do not throw for what is beyond
+    // it.
+    constexpr double kDensest = 0.9069;
+    const double disc = options.min_spacing_m / 2.0;
+    if (options.trees * disc * disc > kDensest * (radius + disc) * (radius + disc)) {
+        return std::nullopt;
+    }
     Places places(radius, options.min_spacing_m);
     std::int64_t darts = kDartsPerTree * options.trees;
     for (int placed = 0; placed < options.trees && darts > 0; --darts) {

@@ -73,6 +73,12 @@ Result<void> validate(const View& view) {
             }
         }
     }
+    if (view.width < 1 || view.width > kMaxPixels) {
+        return tl::unexpected(wrong("width", view.width, "1 to 16384 pixels"));
+    }
+    if (view.height < 1 || view.height > kMaxPixels) {
+        return tl::unexpected(wrong("height", view.height, "1 to 16384 pixels"));
+    }
     const Lens& lens = view.lens;
     const bool ordered = lens.left < lens.right && lens.bottom < lens.top;
     const bool finite = std::isfinite(lens.left) && std::isfinite(lens.right) &&
@@ -96,12 +102,6 @@ Result<void> validate(const View& view) {
         return tl::unexpected(
             wrong("far distance", lens.far_distance, "a finite value above the near distance")
         );
-    }
-    if (view.width < 1 || view.width > kMaxPixels) {
-        return tl::unexpected(wrong("width", view.width, "1 to 16384 pixels"));
-    }
-    if (view.height < 1 || view.height > kMaxPixels) {
-        return tl::unexpected(wrong("height", view.height, "1 to 16384 pixels"));
     }
     return {};
 }
