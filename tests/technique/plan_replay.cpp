@@ -105,6 +105,16 @@ void PlanReplay::read_pieces(
     }
 }
 
+void PlanReplay::check_source(const Place& place, const Region& source) const {
+    const auto& [page, x, y, width, height] = place;
+    // Filtering reads half a texel beyond the source, and must not reach what lies beside.
+    const Region read{source.x - 1, source.y - 1, source.width + 2, source.height + 2};
+    if (!contains(Region{x, y, width, height}, read) || source.width + 2 != width ||
+        source.height + 2 != height) {
+        broken("a quad does not show the whole of its image, or filters more than that");
+    }
+}
+
 PlanReplay::Contents PlanReplay::read(const FramePlan& plan, const Pass& pass) {
     const bool frame = pass.page == kNone<PageId>;
     const bool ordered = !frame || [&] {
@@ -127,17 +137,21 @@ PlanReplay::Contents PlanReplay::read(const FramePlan& plan, const Pass& pass) {
             for (std::uint32_t i = 0; i < command.count; ++i) {
                 const ImageQuad& quad = plan.quads[command.first + i];
                 const Region& source = quad.source;
-                const Place place{
-                    index_of(quad.page), source.x, source.y, source.width, source.height};
-                const auto found = images_.find(place);
+                const auto found =
+                    std::find_if(images_.begin(), images_.end(), [&](const auto& candidate) {
+                        const auto& [page, x, y, width, height] = candidate.first;
+                        return page == index_of(quad.page) &&
+                               contains(Region{x, y, width, height}, source);
+                    });
                 if (found == images_.end()) {
                     broken("a quad shows texels that are no image, or no longer");
                 }
+                check_source(found->first, source);
                 const ImagePtr& image = found->second;
                 if (image->view.lens.near_distance > quad.depth) {
                     broken("a quad is before the near plane");
                 }
-                sampled_.emplace_back(place, image);
+                sampled_.emplace_back(found->first, image);
                 contents.images.push_back(image);
                 contents.items.insert(
                     contents.items.end(), image->items.begin(), image->items.end()

@@ -83,6 +83,7 @@ class PlanReplay {
     void read_pieces(
         const FramePlan& plan, const Command& command, std::vector<std::uint32_t>& leaves
     ) const;
+    void check_source(const Place& place, const Region& source) const;
     void make_image(const FramePlan& plan, const Pass& pass, Contents contents);
     void check_frame(const FramePlan& plan, const Pass& pass, const Contents& contents) const;
     [[nodiscard]] std::uint32_t common_node(const Contents& contents) const;

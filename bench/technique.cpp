@@ -1,0 +1,229 @@
+// Planning of frames on a moving path: the island of 1117 trees and its terrain, and forests of
+// equal density that are larger.
+#include "../tests/partition/scenes.hpp"
+#include <farfield/math/frustum.hpp>
+#include <farfield/partition/bsp.hpp>
+#include <farfield/technique/culled_geometry.hpp>
+#include <farfield/technique/image_cache.hpp>
+
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <numbers>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace farfield;
+
+struct BenchScene {
+    Hierarchy tree;
+    double radius = 0.0; ///< [m]
+    std::string error;
+};
+
+BenchScene built(Result<Hierarchy> tree, double radius) {
+    if (!tree) {
+        return {{}, 0.0, tree.error().message};
+    }
+    return {std::move(*tree), radius, {}};
+}
+
+BenchScene make_island_scene() {
+    constexpr double kRadius = 400.0;
+    const auto island = support::make_island(1117, kRadius, 12.0, 1);
+    return built(partition::build_bsp(island.objects, {}, island.primitive_bounds()), kRadius);
+}
+
+/// Trees somewhere in the squares of a grid of 16 m.
+BenchScene make_forest_scene(std::size_t trees) {
+    constexpr double kSquare = 16.0;
+    support::Random random(1);
+    const auto side = static_cast<std::size_t>(std::sqrt(static_cast<double>(trees)));
+    const double radius = kSquare * static_cast<double>(side) / 2.0;
+    std::vector<Object> objects;
+    objects.reserve(side * side);
+    for (std::size_t index = 0; index < side * side; ++index) {
+        const double x = kSquare * static_cast<double>(index % side) - radius;
+        const double z = kSquare * static_cast<double>(index / side) - radius;
+        const double half = random.uniform(4.0, 6.0);
+        const glm::dvec3 foot(x + random.uniform(6.0, 10.0), 0.0, z + random.uniform(6.0, 10.0));
+        objects.push_back(
+            {{foot - glm::dvec3(half, 0.0, half), foot + glm::dvec3(half, 14.0, half)},
+             36'230,
+             false}
+        );
+    }
+    return built(partition::build_bsp(objects), radius);
+}
+
+/// The island where `objects` is 0. Built once for all benchmarks.
+const BenchScene& scene_of(std::int64_t objects) {
+    static std::map<std::int64_t, BenchScene> scenes;
+    const auto [place, is_new] = scenes.try_emplace(objects);
+    if (is_new) {
+        place->second = objects == 0 ? make_island_scene()
+                                     : make_forest_scene(static_cast<std::size_t>(objects));
+    }
+    return place->second;
+}
+
+struct Path {
+    std::vector<View> views;
+    std::vector<Motion> motions;
+};
+
+/// Once around at 3/4 of the radius and 60 frames a second, above the trees, looking across.
+Path make_path(double radius) {
+    constexpr std::size_t kFrames = 1200;
+    constexpr double kFrameSeconds = 1.0 / 60;
+    const Lens lens = perspective_lens(std::numbers::pi / 4.0, 4.0 / 3.0, 0.5, 2e4);
+    const double speed = 15.0; // [m/s]
+    const double step = speed * kFrameSeconds / (0.75 * radius);
+    const auto eye_at = [&](double frame) {
+        return 0.75 * radius * glm::dvec3(std::cos(step * frame), 0.0, std::sin(step * frame)) +
+               glm::dvec3(0.0, 40.0, 0.0);
+    };
+    Path path;
+    for (std::size_t index = 0; index < kFrames; ++index) {
+        const auto frame = static_cast<double>(index);
+        const glm::dvec3 eye = eye_at(frame);
+        path.views.push_back(look_at(eye, {0, 10, 0}, {0, 1, 0}, lens, 640, 480));
+        path.motions.push_back(
+            estimate_motion(eye, eye_at(frame - 1.0), eye_at(frame - 2.0), kFrameSeconds)
+        );
+    }
+    return path;
+}
+
+/// Nodes that culling looks at; all but the counting is left out.
+std::uint64_t count_visited(const Hierarchy& tree, const Frustum& frustum, std::uint32_t index) {
+    const HierarchyNode& node = tree.nodes[index];
+    const bool seen =
+        (node.item_count > 0 && classify(frustum, node.items_box) != Overlap::outside) ||
+        (node.piece_count > 0 && classify(frustum, node.pieces_box) != Overlap::outside);
+    if (!seen || is_leaf(node)) {
+        return 1;
+    }
+    return 1 + count_visited(tree, frustum, node.first_child) +
+           count_visited(tree, frustum, node.first_child + 1);
+}
+
+void report_nodes(benchmark::State& state, double visited, const Hierarchy& tree) {
+    using benchmark::Counter;
+    // Counted in units of 1e-9, so that the inverted rate is in nanoseconds.
+    state.counters["ns_per_node"] = Counter(visited * 1e-9, Counter::kIsRate | Counter::kInvert);
+    state.counters["nodes_visited"] = Counter(visited, Counter::kAvgIterations);
+    state.counters["bytes"] = Counter(static_cast<double>(memory_bytes(tree)));
+}
+
+void culled_geometry(benchmark::State& state) {
+    const BenchScene& scene = scene_of(state.range(0));
+    if (!scene.error.empty()) {
+        state.SkipWithError(scene.error.c_str());
+        return;
+    }
+    const Path path = make_path(scene.radius);
+    std::vector<std::uint64_t> visited;
+    for (const View& view : path.views) {
+        visited.push_back(count_visited(scene.tree, make_frustum(view, scene.tree.origin), 0));
+    }
+    CulledGeometry technique(scene.tree);
+    std::size_t frame = 0;
+    double nodes = 0.0;
+    double items = 0.0;
+    while (state.KeepRunning()) {
+        items += static_cast<double>(technique.plan(path.views[frame]).items.size());
+        nodes += static_cast<double>(visited[frame]);
+        frame = (frame + 1) % path.views.size();
+    }
+    report_nodes(state, nodes, scene.tree);
+    state.counters["items"] = benchmark::Counter(items, benchmark::Counter::kAvgIterations);
+}
+
+void image_cache(benchmark::State& state) {
+    const BenchScene& scene = scene_of(state.range(0));
+    if (!scene.error.empty()) {
+        state.SkipWithError(scene.error.c_str());
+        return;
+    }
+    auto cache = ImageCache::create(
+        scene.tree, presets::shade1996({.error_px = static_cast<double>(state.range(1))})
+    );
+    if (!cache) {
+        state.SkipWithError(cache.error().message.c_str());
+        return;
+    }
+    const Path path = make_path(scene.radius);
+    // The first frame makes most images; it is the business of another measurement.
+    for (std::size_t frame = 0; frame < 60; ++frame) {
+        (void)cache->plan(path.views[frame], path.motions[frame]);
+    }
+    std::size_t frame = 60;
+    double nodes = 0.0;
+    double created = 0.0;
+    double shown = 0.0;
+    while (state.KeepRunning()) {
+        benchmark::DoNotOptimize(cache->plan(path.views[frame], path.motions[frame]));
+        nodes += cache->statistics().nodes_visited;
+        created += cache->statistics().images_created;
+        shown += cache->statistics().images_shown;
+        frame = (frame + 1) % path.views.size();
+    }
+    report_nodes(state, nodes, scene.tree);
+    using benchmark::Counter;
+    state.counters["created"] = Counter(created, Counter::kAvgIterations);
+    state.counters["shown"] = Counter(shown, Counter::kAvgIterations);
+    state.counters["image_bytes"] =
+        Counter(static_cast<double>(cache->statistics().image_bytes_peak));
+}
+
+/// A cache without images: the first plan of a path.
+void image_cache_first_frame(benchmark::State& state) {
+    const BenchScene& scene = scene_of(state.range(0));
+    if (!scene.error.empty()) {
+        state.SkipWithError(scene.error.c_str());
+        return;
+    }
+    auto cache = ImageCache::create(
+        scene.tree, presets::shade1996({.error_px = static_cast<double>(state.range(1))})
+    );
+    if (!cache) {
+        state.SkipWithError(cache.error().message.c_str());
+        return;
+    }
+    const Path path = make_path(scene.radius);
+    double nodes = 0.0;
+    double created = 0.0;
+    while (state.KeepRunning()) {
+        cache->forget_images();
+        benchmark::DoNotOptimize(cache->plan(path.views[0], path.motions[0]));
+        nodes += cache->statistics().nodes_visited;
+        created += cache->statistics().images_created;
+    }
+    report_nodes(state, nodes, scene.tree);
+    state.counters["created"] = benchmark::Counter(created, benchmark::Counter::kAvgIterations);
+}
+
+constexpr std::int64_t kIsland = 0;
+
+BENCHMARK(culled_geometry)
+    ->ArgNames({"objects"})
+    ->Arg(kIsland)
+    ->Arg(16'384)
+    ->Arg(262'144)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK(image_cache)
+    ->ArgNames({"objects", "error_px"})
+    ->ArgsProduct({{kIsland, 16'384, 262'144}, {2, 8}})
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK(image_cache_first_frame)
+    ->ArgNames({"objects", "error_px"})
+    ->ArgsProduct({{kIsland, 16'384, 262'144}, {2}})
+    ->Unit(benchmark::kMicrosecond);
+
+} // namespace
