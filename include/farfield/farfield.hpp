@@ -11,7 +11,7 @@
 #include <farfield/gpu/frame_plan.hpp>
 #include <farfield/gpu/geometry_source.hpp>
 #include <farfield/gpu/null/null_backend.hpp>
-#include <farfield/gpu/null/plan_rules.hpp>
+#include <farfield/gpu/plan_rules.hpp>
 #include <farfield/gpu/plan_work.hpp>
 #include <farfield/image/atlas.hpp>
 #include <farfield/image/picture.hpp>

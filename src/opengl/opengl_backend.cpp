@@ -1,7 +1,7 @@
 #include "opengl/program.hpp"
 #include "opengl/state_guard.hpp"
 #include <farfield/core/assert.hpp>
-#include <farfield/gpu/null/plan_rules.hpp>
+#include <farfield/gpu/plan_rules.hpp>
 #include <farfield/opengl/opengl_backend.hpp>
 
 #include <epoxy/gl.h>

@@ -77,6 +77,8 @@ struct Pass {
 /// Order: `pages` first, then `passes` as listed. Image passes clear their scissor to transparent
 /// black and depth to far; the frame pass, the last, clears as the target says. A pass never
 /// samples the page it writes, and every image it samples was copied in an earlier batch or plan.
+/// All passes of a batch write one page. A pass's viewport has the size of its view and lies inside
+/// its target.
 struct FramePlan {
     /// Whose pages these are: plans of several caches may go to one backend, and page ids are per
     /// cache.

@@ -1,5 +1,5 @@
 #include <farfield/gpu/null/null_backend.hpp>
-#include <farfield/gpu/null/plan_rules.hpp>
+#include <farfield/gpu/plan_rules.hpp>
 
 #include <algorithm>
 #include <cmath>

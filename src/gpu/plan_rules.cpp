@@ -1,4 +1,4 @@
-#include <farfield/gpu/null/plan_rules.hpp>
+#include <farfield/gpu/plan_rules.hpp>
 #include <farfield/math/view.hpp>
 
 #include <cmath>
