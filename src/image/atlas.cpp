@@ -65,6 +65,7 @@ Atlas::Atlas(std::int32_t size)
 void Atlas::clear() noexcept {
     std::fill(taken_.begin(), taken_.end(), 0U);
     used_texels_ = 0;
+    refused_count_ = 0;
     free_cells_ = static_cast<std::uint64_t>(side_) * static_cast<std::uint64_t>(side_);
 }
 
@@ -142,7 +143,11 @@ std::optional<Region> Atlas::allocate(std::int32_t width, std::int32_t height) n
     Cells cells{0, 0, cells_for(width), cells_for(height)};
     const auto count =
         static_cast<std::uint64_t>(cells.width) * static_cast<std::uint64_t>(cells.height);
-    if (count > free_cells_) {
+    const bool hopeless =
+        std::any_of(refused_.begin(), refused_.begin() + refused_count_, [&](const Size& refused) {
+            return width >= refused.width && height >= refused.height;
+        });
+    if (hopeless || count > free_cells_) {
         return std::nullopt;
     }
     find_blocked(cells);
@@ -172,6 +177,7 @@ std::optional<Region> Atlas::allocate(std::int32_t width, std::int32_t height) n
         });
     }
     if (most < 0) {
+        remember_refusal({width, height});
         return std::nullopt;
     }
     mark(best, true);
@@ -181,7 +187,20 @@ std::optional<Region> Atlas::allocate(std::int32_t width, std::int32_t height) n
     return region;
 }
 
+void Atlas::remember_refusal(const Size& size) noexcept {
+    // What is at least as large says nothing more.
+    const auto kept =
+        std::remove_if(refused_.begin(), refused_.begin() + refused_count_, [&](const Size& other) {
+            return other.width >= size.width && other.height >= size.height;
+        });
+    refused_count_ = kept - refused_.begin();
+    if (refused_count_ < static_cast<std::ptrdiff_t>(refused_.size())) {
+        refused_[static_cast<std::size_t>(refused_count_++)] = size;
+    }
+}
+
 void Atlas::release(const Region& region) noexcept {
+    refused_count_ = 0;
     const Cells cells = cells_of(region);
     mark(cells, false);
     free_cells_ +=

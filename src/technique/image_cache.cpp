@@ -393,6 +393,19 @@ void ImageCache::Impl::decide(std::uint32_t index) noexcept {
     if (image_cost(options.costs, 0.0) >= state.draw_s) {
         return;
     }
+    const Region rectangle = project(box, frame);
+    const std::int32_t widest = std::min(frame.view.width, store.page_size() - 2 * kBorder);
+    const std::int32_t highest = std::min(frame.view.height, store.page_size() - 2 * kBorder);
+    if (rectangle.width > widest || rectangle.height > highest) {
+        return;
+    }
+    const std::uint64_t texels = area(grown(rectangle, kBorder));
+    const double show_s = image_cost(options.costs, static_cast<double>(texels));
+    double create_s = creation_cost(options.costs, state.bake_s, texels);
+    // Zones are dear: only for what would pay if it lived longest.
+    if (!policy::image_pays(create_s, show_s, state.draw_s, options.max_life)) {
+        return;
+    }
     const float radius = metric::corner_safety_distance_unchecked(plane, box, allowed);
     Box3f zone = metric::inscribed_cube(Ball<float>{frame.eye, radius});
     if (options.validity == ImageValidity::zone) {
@@ -405,15 +418,6 @@ void ImageCache::Impl::decide(std::uint32_t index) noexcept {
                                    zone, frame.eye, frame.velocity, frame.acceleration, frame.count
     )
                                    .frames;
-    const Region rectangle = project(box, frame);
-    const std::int32_t widest = std::min(frame.view.width, store.page_size() - 2 * kBorder);
-    const std::int32_t highest = std::min(frame.view.height, store.page_size() - 2 * kBorder);
-    if (rectangle.width > widest || rectangle.height > highest) {
-        return;
-    }
-    const std::uint64_t texels = area(grown(rectangle, kBorder));
-    const double show_s = image_cost(options.costs, static_cast<double>(texels));
-    double create_s = creation_cost(options.costs, state.bake_s, texels);
     if (!policy::image_pays(create_s, show_s, state.draw_s, life)) {
         return;
     }

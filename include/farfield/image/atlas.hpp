@@ -2,6 +2,7 @@
 
 #include <farfield/image/region.hpp>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -50,18 +51,28 @@ class Atlas {
         std::int32_t height = 0;
     };
 
+    struct Size {
+        std::int32_t width = 0;
+        std::int32_t height = 0;
+    };
+
     [[nodiscard]] static Cells cells_of(const Region& region) noexcept;
     void find_blocked(const Cells& wanted) noexcept;
     [[nodiscard]] std::int32_t touching(const Cells& cells, std::int32_t enough) const noexcept;
     [[nodiscard]] std::int32_t
     taken_in_row(std::int32_t y, std::int32_t x, std::int32_t width) const noexcept;
     void mark(const Cells& cells, bool taken) noexcept;
+    void remember_refusal(const Size& size) noexcept;
 
     std::int32_t size_ = 0;
     std::int32_t side_ = 0; ///< [cell] of the page
     std::size_t words_ = 0; ///< of a row of cells
     std::uint64_t used_texels_ = 0;
     std::uint64_t free_cells_ = 0;
+    /// Sizes that found no place since the last release; what is as large in both ways will not
+    /// either. A full page is asked for every image before another one is.
+    std::array<Size, 8> refused_;
+    std::ptrdiff_t refused_count_ = 0;
     std::vector<std::uint64_t> taken_;   ///< a bit a cell, row by row
     std::vector<std::uint64_t> blocked_; ///< scratch: lower left cells where there is no room
 };
