@@ -56,7 +56,7 @@ class Run:
     @property
     def reference_every(self) -> int:
         """Geometry is drawn on about this many frames: all of a short walk, few of a long one."""
-        most = 32
+        most = 16
         return max(1, math.ceil(self.frames / most))
 
 
