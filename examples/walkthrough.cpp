@@ -263,7 +263,7 @@ void print_row(const char* name, std::optional<double> value, const char* unit) 
     }
 }
 
-void print_table(const RunReport& report) {
+void print_table(const RunReport& report, const WalkResult& result) {
     std::printf(
         "%s, %s on %s, %dx%d, %d frames\n",
         report.scene.name.c_str(),
@@ -287,6 +287,9 @@ void print_table(const RunReport& report) {
     print_row("planning, mean", report.plan_ms.mean, "ms");
     print_row("PSNR, median", report.image.psnr_db_median, "dB");
     print_row("PSNR, least", report.image.psnr_db_min, "dB");
+    if (result.compared) {
+        print_row("sky inside geometry, pixels", static_cast<double>(result.sky_holes), "");
+    }
     print_row("triangles a frame", report.work.triangles_per_frame, "");
     print_row("image quads a frame", report.work.image_quads_per_frame, "");
     if (report.work.images_created) {
@@ -511,7 +514,7 @@ Result<void> run(const Options& options) {
             return saved;
         }
     }
-    print_table(report);
+    print_table(report, *result);
     return {};
 }
 
@@ -567,6 +570,9 @@ int main(int argc, char** argv) {
     app.add_option("--max-items", options.max_items, "kept whole rather than cut one");
     app.add_option(
         "--max-piece-primitives", options.bsp.max_piece_primitives, "of split surfaces in a leaf"
+    );
+    app.add_option(
+        "--overlap-px", options.cache.overlap_px, "least overlap of split surfaces [texels]"
     );
     app.add_option("--inflation", options.bsp.inflation, "overlap of split surfaces [fraction]");
     app.add_option("--json", options.json, "file for all figures");

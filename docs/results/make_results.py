@@ -21,7 +21,7 @@ import math
 import pathlib
 import subprocess
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 # What the paper reports of its own machine, an SGI Indigo2 Maximum Impact of 250 MHz.
 PUBLISHED_MACHINE = "SGI Indigo2 Maximum Impact"
@@ -529,6 +529,14 @@ def plot_trees(measured: list[Measured], file: pathlib.Path) -> None:
     )
 
 
+def whole_numbers(text: str) -> "tuple[int, ...]":
+    """`2,5,10` of the command line, ascending."""
+    numbers = tuple(sorted({int(part) for part in text.split(",")}))
+    if not numbers or numbers[0] < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} has a number below 1")
+    return numbers
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -538,8 +546,16 @@ def main() -> None:
     parser.add_argument(
         "--quick", action="store_true", help="20 trees and 60 frames at most: tries the script out"
     )
+    counts = {"type": whole_numbers, "metavar": "N,N,..."}
+    parser.add_argument("--frames", **counts, help="frames of the whole path to measure with")
+    parser.add_argument("--trees", **counts, help="numbers of trees to measure with")
     arguments = parser.parse_args()
     campaign = QUICK if arguments.quick else FULL
+    campaign = replace(
+        campaign,
+        frames=arguments.frames or campaign.frames,
+        trees=arguments.trees or campaign.trees,
+    )
 
     out = arguments.out
     results = measure_all(campaign, arguments.walkthrough, out / "runs")

@@ -202,6 +202,9 @@ walk(const WalkSetup& setup, const WalkOptions& options, const WalkObserver& obs
             const auto reference_mask = coverage_by_background(reference, background);
             const auto picture_mask = coverage_by_background(picture, background);
             if (reference_mask && picture_mask) {
+                if (const auto holes = find_sky_holes(*reference_mask, *picture_mask)) {
+                    result.sky_holes += holes->pixels;
+                }
                 const auto errors = compare_coverage(*reference_mask, *picture_mask);
                 if (errors && errors->missing_fraction) {
                     result.missing_fraction += *errors->missing_fraction;

@@ -67,6 +67,9 @@ struct WalkResult {
     GeometryOrder reference_order = GeometryOrder::stored; ///< the faster one, which was used
     double missing_fraction = 0.0;                         ///< mean over reference frames
     double extra_fraction = 0.0;
+    /// Pixels of background inside the reference's geometry, over all reference frames: cracks,
+    /// where surfaces are closed. Gaps in foliage that move count as well.
+    std::uint64_t sky_holes = 0;
     bool compared = false;              ///< false: no reference frame, so no fractions
     std::uint64_t image_bytes_peak = 0; ///< of the backend
 };
