@@ -49,7 +49,8 @@ BenchScene make_forest_scene(std::size_t trees) {
     objects.reserve(side * side);
     for (std::size_t index = 0; index < side * side; ++index) {
         const double x = kSquare * static_cast<double>(index % side) - radius;
-        const double z = kSquare * static_cast<double>(index / side) - radius;
+        const std::size_t row = index / side;
+        const double z = kSquare * static_cast<double>(row) - radius;
         const double half = random.uniform(4.0, 6.0);
         const glm::dvec3 foot(x + random.uniform(6.0, 10.0), 0.0, z + random.uniform(6.0, 10.0));
         objects.push_back(

@@ -15,7 +15,8 @@ TEST_CASE("100,000 frames of random flight break no rule of plans") {
     const ImageCacheOptions options{
         .error_px = 3.0,
         .surfaces = GENERATE(SurfacePlacement::first, SurfacePlacement::in_images),
-        .image_budget_bytes = 16U * 64U * 64U, // two pages that hold a handful of images
+        .image_budget_bytes =
+            std::uint64_t{16} * 64 * 64, // two pages that hold a handful of images
         .page_size = 64};
     auto cache = ImageCache::create(forest.hierarchy, options);
     REQUIRE(cache.has_value());

@@ -6,7 +6,6 @@
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
 
-#include <algorithm>
 #include <cmath>
 
 namespace farfield::support {

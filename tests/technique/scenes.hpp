@@ -30,9 +30,6 @@ struct Forest {
     std::vector<Object> objects;
     std::vector<Box3d> ground; ///< box of each triangle
     Hierarchy hierarchy;
-
-    /// A box of everything whose primitives are as good as its own: an item, or a triangle.
-    [[nodiscard]] bool has_ground() const { return !ground.empty(); }
 };
 
 [[nodiscard]] Forest make_forest(const ForestOptions& options);
