@@ -12,6 +12,7 @@ struct GeometryWalk {
     glm::vec3 eye;
     GeometryOrder order;
     bool with_items;
+    Command::Kind surfaces; ///< how pieces are drawn
     PlanWriter& writer;
 
     void visit(std::uint32_t index) noexcept {
@@ -32,9 +33,7 @@ struct GeometryWalk {
                 writer.items(node.first_item, node.item_count);
             }
             if (pieces != Overlap::outside) {
-                writer.pieces(
-                    Command::Kind::geometry, node.first_piece, node.piece_count, Command::kNoClip
-                );
+                writer.pieces(surfaces, node.first_piece, node.piece_count, Command::kNoClip);
             }
             return;
         }
@@ -63,7 +62,7 @@ void write_geometry(
     GeometryOrder order,
     PlanWriter& writer
 ) noexcept {
-    GeometryWalk{hierarchy, frustum, eye, order, true, writer}.visit(0);
+    GeometryWalk{hierarchy, frustum, eye, order, true, Command::Kind::geometry, writer}.visit(0);
 }
 
 void write_surfaces(
@@ -71,9 +70,10 @@ void write_surfaces(
     const Frustum& frustum,
     const glm::vec3& eye,
     GeometryOrder order,
+    Command::Kind kind,
     PlanWriter& writer
 ) noexcept {
-    GeometryWalk{hierarchy, frustum, eye, order, false, writer}.visit(0);
+    GeometryWalk{hierarchy, frustum, eye, order, false, kind, writer}.visit(0);
 }
 
 CulledGeometry::CulledGeometry(const Hierarchy& hierarchy, GeometryOrder order)

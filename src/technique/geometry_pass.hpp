@@ -22,12 +22,14 @@ void write_geometry(
     PlanWriter& writer
 ) noexcept;
 
-/// Commands for the split surfaces in the frustum alone.
+/// Commands for the split surfaces in a frustum alone.
+/// @param kind geometry or mask
 void write_surfaces(
     const Hierarchy& hierarchy,
     const Frustum& frustum,
     const glm::vec3& eye,
     GeometryOrder order,
+    Command::Kind kind,
     PlanWriter& writer
 ) noexcept;
 

@@ -78,6 +78,13 @@ float nearest_depth(const Box3f& box, const Frame& frame) noexcept {
     return glm::dot(nearest - frame.eye, frame.forward);
 }
 
+/// Distance along the view direction of the farthest point of a box. [m]
+float farthest_depth(const Box3f& box, const Frame& frame) noexcept {
+    const glm::vec3 farthest =
+        glm::mix(box.hi, box.lo, glm::lessThan(frame.forward, glm::vec3(0.0F)));
+    return glm::dot(farthest - frame.eye, frame.forward);
+}
+
 /// A region that is larger, or smaller, by `texels` on each side.
 Region grown(const Region& region, std::int32_t texels) noexcept {
     return {
@@ -196,7 +203,8 @@ struct ImageCache::Impl {
         const Box3f& box,
         const Region& rectangle
     ) noexcept;
-    void write_image_contents(std::uint32_t index, const Box3f& clip) noexcept;
+    /// @param box of the contents @param view that the image is rendered with
+    void write_image_contents(std::uint32_t index, const Box3f& box, const View& view) noexcept;
     /// Calls `use` with the runs of primitives before the node that may reach into its image's box.
     /// @param under_images only those that an image shows, not those drawn as geometry themselves
     template <typename Use>
@@ -486,14 +494,16 @@ bool ImageCache::Impl::make_image(
     Pass pass;
     pass.page = store.scratch_page();
     pass.view = frame.view;
+    View contents_view = frame.view;
+    contents_view.lens = lens_of(bordered);
+    contents_view.width = bordered.width;
+    contents_view.height = bordered.height;
     const Region whole{0, 0, frame.view.width, frame.view.height};
     if (options.exact_pixels && contains(whole, bordered)) {
         pass.viewport = whole;
         pass.scissor = bordered;
     } else {
-        pass.view.lens = lens_of(bordered);
-        pass.view.width = bordered.width;
-        pass.view.height = bordered.height;
+        pass.view = contents_view;
         pass.viewport = {0, 0, bordered.width, bordered.height}; // placed when all are known
         pass.scissor = pass.viewport;
     }
@@ -501,7 +511,7 @@ bool ImageCache::Impl::make_image(
     pass.copy = image.region;
     const std::size_t quads_before = plan.quads.size();
     writer.open();
-    write_image_contents(index, box);
+    write_image_contents(index, box, contents_view);
     writer.close(pass);
     pass_levels.push_back(state.level);
     if (!is_leaf(node(index))) {
@@ -534,19 +544,32 @@ Box3f ImageCache::Impl::surface_clip(const HierarchyNode& of) const noexcept {
     return inflate(of.pieces_box, margin);
 }
 
-void ImageCache::Impl::write_image_contents(std::uint32_t index, const Box3f& clip) noexcept {
+void ImageCache::Impl::write_image_contents(
+    std::uint32_t index, const Box3f& box, const View& view
+) noexcept {
     const HierarchyNode& here = node(index);
     if (with_surfaces()) {
         if (needs_overlap(index)) {
-            plan.clips.push_back(clip);
+            plan.clips.push_back(box);
             const auto clip_index = static_cast<std::uint32_t>(plan.clips.size() - 1);
-            for_overlap(index, clip, false, [&](const Piece& run) {
+            for_overlap(index, box, false, [&](const Piece& run) {
                 writer.piece(run, clip_index);
             });
         }
     } else {
-        // The surface is drawn apart, in every frame; here it only hides what is behind it.
-        writer.pieces(Command::Kind::mask, here.first_piece, here.piece_count, Command::kNoClip);
+        // The surface is drawn apart, in every frame; here it only hides what is behind it. What is
+        // before the whole box hides the quad in the frame; what is beyond hides nothing.
+        View slab = view;
+        slab.lens.near_distance = double{nearest_depth(box, frame)};
+        slab.lens.far_distance = double{farthest_depth(box, frame)};
+        write_surfaces(
+            *hierarchy,
+            make_frustum(slab, hierarchy->origin),
+            frame.eye,
+            options.order,
+            Command::Kind::mask,
+            writer
+        );
     }
     if (is_leaf(here)) {
         writer.items(here.first_item, here.item_count);
@@ -765,7 +788,12 @@ const FramePlan& ImageCache::plan(const View& view, const Motion& motion) noexce
     impl.writer.open();
     if (!impl.with_surfaces()) {
         write_surfaces(
-            *impl.hierarchy, impl.frame.frustum, impl.frame.eye, impl.options.order, impl.writer
+            *impl.hierarchy,
+            impl.frame.frustum,
+            impl.frame.eye,
+            impl.options.order,
+            Command::Kind::geometry,
+            impl.writer
         );
     }
     impl.write_contents(0, false);
