@@ -311,7 +311,7 @@ Result<void> add_to_report(const WalkResult& result, RunReport& report) {
 
 Result<void> save_frames(const WalkResult& result, const std::filesystem::path& file) {
     std::string text = "frame,frame_ms,plan_ms,reference_ms,psnr_db,triangles,image_quads,"
-                       "images_created,images_shown,image_bytes\n";
+                       "images_created,images_shown,image_bytes,texels_used,texels_allocated\n";
     const auto cell = [](std::optional<double> value) {
         return value ? std::to_string(*value) : std::string();
     };
@@ -323,7 +323,9 @@ Result<void> save_frames(const WalkResult& result, const std::filesystem::path& 
                 std::to_string(frame.work.image_quads) + "," +
                 std::to_string(frame.cache.images_created) + "," +
                 std::to_string(frame.cache.images_shown) + "," +
-                std::to_string(frame.cache.image_bytes) + "\n";
+                std::to_string(frame.cache.image_bytes) + "," +
+                std::to_string(frame.cache.texels_used) + "," +
+                std::to_string(frame.cache.texels_allocated) + "\n";
     }
     return detail::write_text(file, text);
 }

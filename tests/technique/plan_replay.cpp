@@ -115,6 +115,27 @@ void PlanReplay::check_source(const Place& place, const Region& source) const {
     }
 }
 
+void PlanReplay::check_mask(const HierarchyNode& node, const std::vector<std::uint32_t>& masked)
+    const {
+    if (!all_different(masked)) {
+        broken("a mask draws a surface twice");
+    }
+    // What only touches the rim of the contents may be lost by rounding.
+    Box3f box = node.items_box;
+    const glm::vec3 rim = 0.01F * extent(box) * glm::vec3(1.0F, 0.0F, 1.0F);
+    box = inflate(box, -rim);
+    for (std::uint32_t index = 0; index < hierarchy_->nodes.size(); ++index) {
+        const HierarchyNode& leaf = hierarchy_->nodes[index];
+        const bool inside = is_leaf(leaf) && leaf.piece_count > 0 &&
+                            leaf.first_piece >= node.first_piece &&
+                            leaf.first_piece < node.first_piece + node.piece_count;
+        if (inside && !is_empty(intersect(leaf.pieces_box, box)) &&
+            std::find(masked.begin(), masked.end(), index) == masked.end()) {
+            broken("the mask of an image leaves out a surface among its contents");
+        }
+    }
+}
+
 PlanReplay::Contents PlanReplay::read(const FramePlan& plan, const Pass& pass) {
     const bool frame = pass.page == kNone<PageId>;
     const bool ordered = !frame || [&] {
@@ -225,14 +246,7 @@ PlanReplay::Contents PlanReplay::read(const FramePlan& plan, const Pass& pass) {
         broken("a leaf is shown twice");
     }
     if (!frame && options_.surfaces == SurfacePlacement::first) {
-        const HierarchyNode& node = hierarchy_->nodes[common_node(contents)];
-        std::uint64_t primitives = 0;
-        for (const std::uint32_t leaf : masked) {
-            primitives += hierarchy_->nodes[leaf].piece_primitives;
-        }
-        if (!all_different(masked) || primitives != node.piece_primitives) {
-            broken("the mask of an image is not the surface of its node");
-        }
+        check_mask(hierarchy_->nodes[common_node(contents)], masked);
     }
     return contents;
 }

@@ -36,7 +36,7 @@ struct ReplayedImage {
 /// - passes of one batch are disjoint, batches follow each other, the frame is the last one alone;
 /// - every image sampled is one that was made, as a whole, in an earlier batch or plan with the
 ///   same lens and resolution, and is still there when the plan is over;
-/// - an image shows all of one node and nothing else;
+/// - an image shows all of one node and nothing else, behind the surfaces among its contents;
 /// - images and geometry are drawn back to front, in the frame and in images;
 /// - what is in the frustum is shown exactly once, and nothing is shown twice.
 class PlanReplay {
@@ -84,6 +84,7 @@ class PlanReplay {
         const FramePlan& plan, const Command& command, std::vector<std::uint32_t>& leaves
     ) const;
     void check_source(const Place& place, const Region& source) const;
+    void check_mask(const HierarchyNode& node, const std::vector<std::uint32_t>& masked) const;
     void make_image(const FramePlan& plan, const Pass& pass, Contents contents);
     void check_frame(const FramePlan& plan, const Pass& pass, const Contents& contents) const;
     [[nodiscard]] std::uint32_t common_node(const Contents& contents) const;

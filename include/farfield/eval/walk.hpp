@@ -96,7 +96,8 @@ walk(const WalkSetup& setup, const WalkOptions& options, const WalkObserver& obs
 [[nodiscard]] Result<void> add_to_report(const WalkResult& result, RunReport& report);
 
 /// Writes a table of all frames: frame, frame_ms, plan_ms, reference_ms, psnr_db, triangles,
-/// image_quads, images_created, images_shown, image_bytes; cells of what was not measured are
+/// image_quads, images_created, images_shown, image_bytes,
+/// texels_used, texels_allocated; cells of what was not measured are
 /// empty.
 [[nodiscard]] Result<void> save_frames(const WalkResult& result, const std::filesystem::path& file);
 
