@@ -23,6 +23,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <malloc.h>
 #include <map>
@@ -226,6 +227,7 @@ Result<void> write_overlay(
         return {};
     }
     std::vector<glm::dvec3> eyes;
+    eyes.reserve(static_cast<std::size_t>(path.frame_count));
     for (int at = 0; at < path.frame_count; ++at) {
         eyes.push_back(eval::pose_at(path, at).eye);
     }
@@ -518,9 +520,7 @@ Result<void> run(const Options& options) {
     return {};
 }
 
-} // namespace
-
-int main(int argc, char** argv) {
+int walkthrough(int argc, char** argv) {
     // llvmpipe gives its memory back after every frame and asks for it again; that would be timed.
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
@@ -600,4 +600,18 @@ int main(int argc, char** argv) {
         return 1;
     }
     return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    // The library throws nothing, but its memory and the command line may.
+    try {
+        return walkthrough(argc, argv);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "walkthrough: %s\n", error.what());
+    } catch (...) {
+        std::fprintf(stderr, "walkthrough: ended by an unknown exception\n");
+    }
+    return 1;
 }

@@ -97,7 +97,7 @@ class Places {
 
     /// Calls `use` with every place nearer than `distance`; stops when it returns true.
     template <typename Use>
-    bool any_near(const dvec2& point, double distance, Use use) const {
+    [[nodiscard]] bool any_near(const dvec2& point, double distance, Use use) const {
         const int reach = static_cast<int>(std::ceil(distance / cell_));
         const int column = cell_of(point.x);
         const int row = cell_of(point.y);
@@ -124,16 +124,16 @@ class Places {
         return true;
     }
 
-    const std::vector<dvec2>& all() const { return all_; }
+    [[nodiscard]] const std::vector<dvec2>& all() const { return all_; }
 
   private:
-    int cell_of(double coordinate) const {
+    [[nodiscard]] int cell_of(double coordinate) const {
         return std::clamp(
             static_cast<int>(std::floor(coordinate / cell_)) + half_, 0, 2 * half_ - 1
         );
     }
 
-    std::size_t index(int x, int z) const {
+    [[nodiscard]] std::size_t index(int x, int z) const {
         return static_cast<std::size_t>(z) * static_cast<std::size_t>(2 * half_) +
                static_cast<std::size_t>(x);
     }
