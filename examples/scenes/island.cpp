@@ -198,10 +198,11 @@ glm::u8vec4 ground_color(const IslandOptions& options, const Places& places, con
 
     double open = 1.0;
     const double crown = 0.62 * options.tree_width_m;
-    places.any_near(point, crown, [&](double gap) {
+    // Every tree near is visited; none ends the search.
+    static_cast<void>(places.any_near(point, crown, [&](double gap) {
         open *= 0.35 + 0.65 * glm::smoothstep(0.25 * crown, crown, gap);
         return false;
-    });
+    }));
     color = glm::mix(kUndergrowth, color, open);
     color *= 1.0 + 0.16 * fine;
     color = glm::clamp(color + 0.5, dvec3(0.0), dvec3(255.0));
