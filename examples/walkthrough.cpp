@@ -361,6 +361,12 @@ Result<void> run(const Options& options) {
     if (options.backend == "null" && options.walk.picture_every > 0) {
         return fail(ErrorCode::invalid_argument, "--png: the null backend draws no pictures");
     }
+    if (options.walk.picture_every > 0 && options.out.empty()) {
+        return fail(ErrorCode::invalid_argument, "--png: no folder, give one with --out");
+    }
+    if (options.overlay && options.walk.picture_every == 0) {
+        return fail(ErrorCode::invalid_argument, "--overlay: no frames, choose them with --png");
+    }
     auto world = load_world(options);
     if (!world) {
         return tl::unexpected(world.error());
@@ -466,6 +472,15 @@ Result<void> run(const Options& options) {
                     written =
                         io::write_png(frame_file(out, "difference", pictures.frame), *difference);
                 }
+            }
+            if (written && options.overlay && cache) {
+                Picture overlay = pictures.picture;
+                StatusOptions status;
+                status.with_surfaces = cache->surfaces() == SurfacePlacement::in_images;
+                eval::draw_status(
+                    overlay, *hierarchy, cache->statuses(), view(pictures.frame), status
+                );
+                written = io::write_png(frame_file(out, "overlay", pictures.frame), overlay);
             }
             return written;
         };
