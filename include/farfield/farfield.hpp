@@ -15,6 +15,7 @@
 #include <farfield/gpu/plan_work.hpp>
 #include <farfield/image/atlas.hpp>
 #include <farfield/image/picture.hpp>
+#include <farfield/image/position_picture.hpp>
 #include <farfield/image/region.hpp>
 #include <farfield/math/box3.hpp>
 #include <farfield/math/frustum.hpp>

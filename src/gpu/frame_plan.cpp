@@ -94,6 +94,7 @@ std::uint64_t digest(const FramePlan& plan) noexcept {
         digest.add(pass.batch);
         digest.add(pass.copy_page);
         digest.add(pass.copy);
+        digest.add(pass.node);
     }
     digest.add(std::uint64_t{plan.commands.size()});
     for (const Command& command : plan.commands) {
@@ -122,6 +123,7 @@ std::uint64_t digest(const FramePlan& plan) noexcept {
         digest.add(quad.edge_u);
         digest.add(quad.edge_v);
         digest.add(quad.depth);
+        digest.add(quad.node);
     }
     digest.add(std::uint64_t{plan.clips.size()});
     for (const Box3f& box : plan.clips) {

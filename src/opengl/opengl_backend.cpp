@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <string>
 #include <utility>
@@ -23,8 +24,9 @@ struct QuadVertex {
     glm::vec3 position;
     glm::vec2 texel;
     float depth = 0.0F;
+    std::uint32_t node = 0;
 };
-static_assert(sizeof(QuadVertex) == 24);
+static_assert(sizeof(QuadVertex) == 28);
 
 constexpr const char* kQuadVertexShader = R"(#version 450 core
 layout(location = 0) in vec3 position;
@@ -51,6 +53,102 @@ void main() {
 }
 )";
 
+// With positions, the image's points are drawn after its colours.
+constexpr const char* kPositionVertexShader = R"(#version 450 core
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec2 texel;
+layout(location = 2) in float depth;
+layout(location = 3) in uint node;
+uniform mat4 projection;
+layout(location = 0) out vec2 at;
+layout(location = 1) flat out uint shown_node;
+void main() {
+    gl_Position = projection * vec4(position, 1.0);
+    float z = projection[2][2] * -depth + projection[3][2];
+    gl_Position.z = z / depth * gl_Position.w;
+    at = texel;
+    shown_node = node;
+}
+)";
+
+constexpr const char* kPositionFragmentShader = R"(#version 450 core
+layout(location = 0) in vec2 at; // in texels
+layout(location = 1) flat in uint shown_node;
+uniform float texel_size;
+layout(binding = 0) uniform sampler2D page;
+layout(binding = 1) uniform usampler2D points;
+layout(binding = 2) uniform usampler2D layers;
+layout(location = 1) out uvec4 point;
+layout(location = 2) out uvec2 layer;
+const uint none = 0xFFFFFFFFu;
+const float sqrt_half = 0.70710678;
+void main() {
+    // Pixels per texel, from texels per pixel.
+    mat2 to_texels = mat2(dFdx(at), dFdy(at));
+    // A fragment owns its pixel where the filtered alpha is at least one half.
+    if (texture(page, at * texel_size).a < 0.5) { discard; }
+    mat2 to_pixels = inverse(to_texels);
+    ivec2 last = textureSize(points, 0) - 1;
+    vec2 corner = at - 0.5;
+    ivec2 first = ivec2(floor(corner));
+    vec2 share = corner - floor(corner);
+    ivec2 nearest = ivec2(greaterThanEqual(share, vec2(0.5)));
+    // The nearest of the texels that are filtered, or the one of most weight that shows something.
+    ivec2 chosen = first;
+    uvec4 found = uvec4(none);
+    float best = -1.0;
+    for (int i = 0; i < 4; ++i) {
+        ivec2 offset = ivec2(i & 1, i >> 1);
+        ivec2 texel = clamp(first + offset, ivec2(0), last);
+        uvec4 candidate = texelFetch(points, texel, 0);
+        vec2 weights = mix(1.0 - share, share, vec2(offset));
+        float weight = offset == nearest ? 2.0 : weights.x * weights.y;
+        if (candidate.w != none && weight > best) {
+            best = weight;
+            found = candidate;
+            chosen = texel;
+        }
+    }
+    if (found.w == none) { discard; }
+    float half_diagonal = 0.5 * max(length(to_pixels[0] + to_pixels[1]),
+                                    length(to_pixels[0] - to_pixels[1]));
+    float moved = length(to_pixels * (vec2(chosen) + 0.5 - at));
+    // Errors of the image's own sampling are seen enlarged at most by the largest singular value.
+    float squares = dot(to_pixels[0], to_pixels[0]) + dot(to_pixels[1], to_pixels[1]);
+    float area = determinant(to_pixels);
+    float scale = sqrt(0.5 * (squares + sqrt(max(squares * squares - 4.0 * area * area, 0.0))));
+    float nested = uintBitsToFloat(texelFetch(layers, chosen, 0).x);
+    point = found;
+    layer = uvec2(floatBitsToUint(max(half_diagonal, moved) / sqrt_half + nested * scale),
+                  shown_node);
+}
+)";
+
+/// What positions keep beside the colours of a page or target: points with items, layers with
+/// nodes.
+struct PositionBuffers {
+    GLuint points = 0;
+    GLuint layers = 0;
+};
+constexpr GLenum kPointFormat = GL_RGBA32UI;
+constexpr GLenum kLayerFormat = GL_RG32UI;
+constexpr std::uint64_t kPositionTexelBytes = 24;
+// Plans may ask for so many samples; there is one.
+constexpr std::int32_t kPositionSamples = 64;
+constexpr std::array<GLuint, 4> kNoPoint = {0, 0, 0, UINT32_MAX};
+constexpr std::array<GLuint, 4> kNoLayer = {0, UINT32_MAX, 0, 0};
+constexpr std::array<GLenum, 3> kDrawBuffers = {
+    GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1, GL_COLOR_ATTACHMENT2};
+
+GLuint make_position_texture(GLenum format, std::int32_t size) {
+    GLuint texture = 0;
+    glCreateTextures(GL_TEXTURE_2D, 1, &texture);
+    glTextureStorage2D(texture, 1, format, size, size);
+    glTextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    glTextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    return texture;
+}
+
 struct Page {
     std::uint32_t cache = 0;
     PageId id = kNone<PageId>;
@@ -59,6 +157,7 @@ struct Page {
     GLuint depth = 0;            // renderbuffer of a scratch page
     GLuint framebuffer = 0;      // of a scratch page
     GLuint copy_framebuffer = 0; // of a page: resolves go to it
+    PositionBuffers positions;   // textures
     std::int32_t samples = 1;
     bool scratch = false;
 };
@@ -72,6 +171,7 @@ std::uint64_t page_bytes(const Page& page) {
 /// Quads of one command that follow each other and show one page: one draw.
 struct QuadRun {
     GLuint texture = 0;
+    PositionBuffers positions;
     GLfloat texel_size = 0.0F; // of the page, in texture coordinates
     std::uint32_t first = 0;   // into the vertices, in quads
     std::uint32_t count = 0;
@@ -81,6 +181,7 @@ struct Target {
     GLuint framebuffer = 0;
     GLuint color = 0; // renderbuffers; 0 for a framebuffer of the caller's
     GLuint depth = 0;
+    PositionBuffers positions; // renderbuffers
     std::int32_t width = 0;
     std::int32_t height = 0;
     std::int32_t samples = 1;
@@ -93,6 +194,14 @@ tl::unexpected<Error> no_target(TargetId target) {
         ErrorCode::invalid_argument,
         "OpenGL: target " + std::to_string(index_of(target)) + " does not exist"
     );
+}
+
+/// Which buffers are written: colours, and what positions keep beside them.
+void set_masks(bool color, bool positions) noexcept {
+    for (GLuint buffer = 0; buffer < StateGuard::kBuffers; ++buffer) {
+        const GLboolean on = (buffer == 0 ? color : positions) ? GL_TRUE : GL_FALSE;
+        glColorMaski(buffer, on, on, on, on);
+    }
 }
 
 /// Errors of the caller's are not ours to report.
@@ -108,6 +217,9 @@ struct OpenGLBackend::Impl {
     GLuint quad_program = 0;
     GLint quad_projection = -1;
     GLint quad_texel_size = -1;
+    GLuint position_program = 0; // 0: no positions are kept
+    GLint position_projection = -1;
+    GLint position_texel_size = -1;
     GLuint quad_array = 0;
     GLuint quad_vertices = 0;
     GLuint quad_indices = 0;
@@ -130,6 +242,7 @@ struct OpenGLBackend::Impl {
             destroy_target(targets[i]);
         }
         glDeleteProgram(quad_program);
+        glDeleteProgram(position_program);
         glDeleteVertexArrays(1, &quad_array);
         glDeleteBuffers(1, &quad_vertices);
         glDeleteBuffers(1, &quad_indices);
@@ -158,7 +271,11 @@ struct OpenGLBackend::Impl {
     void run_pass(const FramePlan& plan, const Pass& pass, GLuint framebuffer) noexcept;
     void copy_batch(const FramePlan& plan, std::size_t first, std::size_t last) noexcept;
     void draw_quads(const Pass& pass, const Command& command) noexcept;
+    void draw_runs(const Pass& pass, const Command& command, std::size_t run, bool points) noexcept;
     [[nodiscard]] const Target* target(TargetId id) const noexcept;
+    [[nodiscard]] bool positions() const noexcept { return position_program != 0; }
+    [[nodiscard]] Result<void> make_quad_program();
+    [[nodiscard]] Result<void> make_position_program();
 };
 
 const Target* OpenGLBackend::Impl::target(TargetId id) const noexcept {
@@ -171,6 +288,8 @@ void OpenGLBackend::Impl::destroy(Page& page) noexcept {
     glDeleteFramebuffers(1, &page.framebuffer);
     glDeleteFramebuffers(1, &page.copy_framebuffer);
     glDeleteRenderbuffers(1, &page.depth);
+    glDeleteTextures(1, &page.positions.points);
+    glDeleteTextures(1, &page.positions.layers);
     if (page.scratch && page.samples > 1) {
         glDeleteRenderbuffers(1, &page.color);
     } else {
@@ -183,6 +302,8 @@ void OpenGLBackend::Impl::destroy_target(Target& target) noexcept {
         glDeleteFramebuffers(1, &target.framebuffer);
         glDeleteRenderbuffers(1, &target.color);
         glDeleteRenderbuffers(1, &target.depth);
+        glDeleteRenderbuffers(1, &target.positions.points);
+        glDeleteRenderbuffers(1, &target.positions.layers);
     }
     target = {};
 }
@@ -203,7 +324,7 @@ Result<void> OpenGLBackend::Impl::update_page(std::uint32_t cache, const PageUpd
     page.cache = cache;
     page.id = update.page;
     page.size = update.size;
-    page.samples = update.samples;
+    page.samples = positions() ? 1 : update.samples;
     page.scratch = update.scratch;
     if (page.scratch && page.samples > 1) {
         glCreateRenderbuffers(1, &page.color);
@@ -217,6 +338,11 @@ Result<void> OpenGLBackend::Impl::update_page(std::uint32_t cache, const PageUpd
         glTextureParameteri(page.color, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
         glTextureParameteri(page.color, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
         glTextureParameteri(page.color, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    }
+    if (positions()) {
+        page.positions = {
+            make_position_texture(kPointFormat, page.size),
+            make_position_texture(kLayerFormat, page.size)};
     }
     bool complete = true;
     if (page.scratch) {
@@ -239,6 +365,17 @@ Result<void> OpenGLBackend::Impl::update_page(std::uint32_t cache, const PageUpd
         glNamedFramebufferRenderbuffer(
             page.framebuffer, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, page.depth
         );
+        if (positions()) {
+            glNamedFramebufferTexture(
+                page.framebuffer, GL_COLOR_ATTACHMENT1, page.positions.points, 0
+            );
+            glNamedFramebufferTexture(
+                page.framebuffer, GL_COLOR_ATTACHMENT2, page.positions.layers, 0
+            );
+            glNamedFramebufferDrawBuffers(
+                page.framebuffer, static_cast<GLsizei>(kDrawBuffers.size()), kDrawBuffers.data()
+            );
+        }
         complete = glCheckNamedFramebufferStatus(page.framebuffer, GL_FRAMEBUFFER) ==
                    GL_FRAMEBUFFER_COMPLETE;
     } else {
@@ -358,6 +495,7 @@ Result<void> OpenGLBackend::Impl::add_quads(
             shown = quad.page;
             runs.push_back(
                 {page->color,
+                 page->positions,
                  1.0F / static_cast<float>(page->size),
                  static_cast<std::uint32_t>(vertices.size() / 4),
                  0}
@@ -371,10 +509,10 @@ Result<void> OpenGLBackend::Impl::add_quads(
         const auto y0 = static_cast<float>(quad.source.y);
         const float x1 = x0 + static_cast<float>(quad.source.width);
         const float y1 = y0 + static_cast<float>(quad.source.height);
-        vertices.push_back({origin, {x0, y0}, quad.depth});
-        vertices.push_back({origin + u, {x1, y0}, quad.depth});
-        vertices.push_back({origin + v, {x0, y1}, quad.depth});
-        vertices.push_back({origin + u + v, {x1, y1}, quad.depth});
+        vertices.push_back({origin, {x0, y0}, quad.depth, quad.node});
+        vertices.push_back({origin + u, {x1, y0}, quad.depth, quad.node});
+        vertices.push_back({origin + v, {x0, y1}, quad.depth, quad.node});
+        vertices.push_back({origin + u + v, {x1, y1}, quad.depth, quad.node});
     }
     return {};
 }
@@ -407,17 +545,42 @@ Result<void> OpenGLBackend::Impl::upload_quads(const FramePlan& plan) {
 }
 
 void OpenGLBackend::Impl::draw_quads(const Pass& pass, const Command& command) noexcept {
-    glUseProgram(quad_program);
-    const glm::mat4 projection = projection_matrix(pass.view.lens);
-    glUniformMatrix4fv(quad_projection, 1, GL_FALSE, &projection[0][0]);
+    const std::size_t first_run = next_run;
     glBindVertexArray(quad_array);
-    glEnablei(GL_BLEND, 0);
     glDepthFunc(GL_GEQUAL);
     glDepthMask(GL_FALSE);
+    if (positions()) {
+        set_masks(true, false);
+    }
+    glEnablei(GL_BLEND, 0);
+    draw_runs(pass, command, first_run, false);
+    // Geometry may follow, with its own depth.
+    glDisablei(GL_BLEND, 0);
+    if (positions()) {
+        set_masks(false, true);
+        draw_runs(pass, command, first_run, true);
+        set_masks(true, true);
+    }
+    glDepthFunc(GL_GREATER);
+    glDepthMask(GL_TRUE);
+}
+
+void OpenGLBackend::Impl::draw_runs(
+    const Pass& pass, const Command& command, std::size_t run_index, bool points
+) noexcept {
+    glUseProgram(points ? position_program : quad_program);
+    const glm::mat4 projection = projection_matrix(pass.view.lens);
+    glUniformMatrix4fv(
+        points ? position_projection : quad_projection, 1, GL_FALSE, &projection[0][0]
+    );
     for (std::uint32_t drawn = 0; drawn < command.count;) {
-        const QuadRun& run = runs[next_run++];
+        const QuadRun& run = runs[run_index++];
         glBindTextureUnit(0, run.texture);
-        glUniform1f(quad_texel_size, run.texel_size);
+        if (points) {
+            glBindTextureUnit(1, run.positions.points);
+            glBindTextureUnit(2, run.positions.layers);
+        }
+        glUniform1f(points ? position_texel_size : quad_texel_size, run.texel_size);
         glDrawElements(
             GL_TRIANGLES,
             static_cast<GLsizei>(run.count * 6),
@@ -426,10 +589,7 @@ void OpenGLBackend::Impl::draw_quads(const Pass& pass, const Command& command) n
         );
         drawn += run.count;
     }
-    // Geometry may follow, with its own depth.
-    glDisablei(GL_BLEND, 0);
-    glDepthFunc(GL_GREATER);
-    glDepthMask(GL_TRUE);
+    next_run = run_index;
 }
 
 void OpenGLBackend::Impl::clear_batch(
@@ -449,6 +609,11 @@ void OpenGLBackend::Impl::clear_batch(
     constexpr float kFar = 0.0F;
     glClearBufferfv(GL_COLOR, 0, &color[0]);
     glClearBufferfv(GL_DEPTH, 0, &kFar);
+    if (positions()) {
+        // Where there is no such buffer, as in a framebuffer of the caller's, nothing happens.
+        glClearBufferuiv(GL_COLOR, 1, kNoPoint.data());
+        glClearBufferuiv(GL_COLOR, 2, kNoLayer.data());
+    }
 }
 
 void OpenGLBackend::Impl::run_pass(
@@ -469,9 +634,14 @@ void OpenGLBackend::Impl::run_pass(
         state_is_ours = false;
         const bool color = command.kind == Command::Kind::geometry;
         if (!color) {
-            glColorMaski(0, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+            set_masks(false, false);
         }
-        PassContext context{.view = pass.view, .origin = plan.origin, .clip = {}, .color = color};
+        PassContext context{
+            .view = pass.view,
+            .origin = plan.origin,
+            .clip = {},
+            .color = color,
+            .positions = positions()};
         if (command.clip != Command::kNoClip) {
             context.clip = plan.clips[command.clip];
         }
@@ -496,15 +666,15 @@ void OpenGLBackend::Impl::copy_batch(
         const Page* to = find(plan.cache, pass.copy_page);
         const Region& source_region = pass.scissor;
         const Region& target_region = pass.copy;
-        if (from->samples == 1) {
+        const auto copy_texture = [&](GLuint source_texture, GLuint target_texture) {
             glCopyImageSubData(
-                from->color,
+                source_texture,
                 GL_TEXTURE_2D,
                 0,
                 source_region.x,
                 source_region.y,
                 0,
-                to->color,
+                target_texture,
                 GL_TEXTURE_2D,
                 0,
                 target_region.x,
@@ -514,6 +684,13 @@ void OpenGLBackend::Impl::copy_batch(
                 source_region.height,
                 1
             );
+        };
+        if (positions()) {
+            copy_texture(from->positions.points, to->positions.points);
+            copy_texture(from->positions.layers, to->positions.layers);
+        }
+        if (from->samples == 1) {
+            copy_texture(from->color, to->color);
         } else {
             glBlitNamedFramebuffer(
                 from->framebuffer,
@@ -536,7 +713,40 @@ void OpenGLBackend::Impl::copy_batch(
 OpenGLBackend::OpenGLBackend(std::unique_ptr<Impl> impl) noexcept : impl_(std::move(impl)) {}
 OpenGLBackend::~OpenGLBackend() = default;
 
-Result<std::unique_ptr<OpenGLBackend>> OpenGLBackend::create(GeometrySource& source) {
+Result<void> OpenGLBackend::Impl::make_quad_program() {
+    const Result<GLuint> program =
+        link_program("image quads", kQuadVertexShader, kQuadFragmentShader);
+    if (!program) {
+        return tl::unexpected(program.error());
+    }
+    quad_program = *program;
+    quad_projection = glGetUniformLocation(*program, "projection");
+    quad_texel_size = glGetUniformLocation(*program, "texel_size");
+    return {};
+}
+
+Result<void> OpenGLBackend::Impl::make_position_program() {
+    if (!source->capabilities().position_output) {
+        return fail(
+            ErrorCode::unsupported,
+            "OpenGL: positions are asked for, and the geometry source does not write them"
+        );
+    }
+    const Result<GLuint> program =
+        link_program("positions of image quads", kPositionVertexShader, kPositionFragmentShader);
+    if (!program) {
+        return tl::unexpected(program.error());
+    }
+    position_program = *program;
+    position_projection = glGetUniformLocation(*program, "projection");
+    position_texel_size = glGetUniformLocation(*program, "texel_size");
+    limits.samples = kPositionSamples;
+    limits.positions = true;
+    return {};
+}
+
+Result<std::unique_ptr<OpenGLBackend>>
+OpenGLBackend::create(GeometrySource& source, const OpenGLBackendOptions& options) {
     constexpr int kVersion = 45;
     const int version = epoxy_gl_version();
     if (version == 0) {
@@ -555,14 +765,14 @@ Result<std::unique_ptr<OpenGLBackend>> OpenGLBackend::create(GeometrySource& sou
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &size);
     glGetIntegerv(GL_MAX_SAMPLES, &samples);
     impl->limits = {.page_size = size, .samples = std::max(samples, 1)};
-    const Result<GLuint> program =
-        link_program("image quads", kQuadVertexShader, kQuadFragmentShader);
-    if (!program) {
-        return tl::unexpected(program.error());
+    if (Result<void> made = impl->make_quad_program(); !made) {
+        return tl::unexpected(std::move(made).error());
     }
-    impl->quad_program = *program;
-    impl->quad_projection = glGetUniformLocation(*program, "projection");
-    impl->quad_texel_size = glGetUniformLocation(*program, "texel_size");
+    if (options.positions) {
+        if (Result<void> made = impl->make_position_program(); !made) {
+            return tl::unexpected(std::move(made).error());
+        }
+    }
     glCreateVertexArrays(1, &impl->quad_array);
     const std::array<std::pair<GLint, std::size_t>, 3> attributes = {
         {{3, offsetof(QuadVertex, position)},
@@ -580,6 +790,12 @@ Result<std::unique_ptr<OpenGLBackend>> OpenGLBackend::create(GeometrySource& sou
         );
         glVertexArrayAttribBinding(impl->quad_array, index, 0);
     }
+    constexpr GLuint kNode = 3;
+    glEnableVertexArrayAttrib(impl->quad_array, kNode);
+    glVertexArrayAttribIFormat(
+        impl->quad_array, kNode, 1, GL_UNSIGNED_INT, static_cast<GLuint>(offsetof(QuadVertex, node))
+    );
+    glVertexArrayAttribBinding(impl->quad_array, kNode, 0);
     impl->reserve_quads(1024);
     return std::unique_ptr<OpenGLBackend>(new OpenGLBackend(std::move(impl)));
 }
@@ -649,12 +865,12 @@ Result<TargetId> OpenGLBackend::create_target(
     Target target;
     target.width = width;
     target.height = height;
-    target.samples = samples;
+    target.samples = impl_->positions() ? 1 : samples;
     target.alive = true;
     target.owned = true;
     glCreateRenderbuffers(1, &target.color);
     glCreateRenderbuffers(1, &target.depth);
-    const GLsizei stored = samples > 1 ? samples : 0;
+    const GLsizei stored = target.samples > 1 ? target.samples : 0;
     glNamedRenderbufferStorageMultisample(target.color, stored, GL_RGBA8, width, height);
     glNamedRenderbufferStorageMultisample(
         target.depth, stored, GL_DEPTH_COMPONENT32F, width, height
@@ -666,6 +882,20 @@ Result<TargetId> OpenGLBackend::create_target(
     glNamedFramebufferRenderbuffer(
         target.framebuffer, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, target.depth
     );
+    if (impl_->positions()) {
+        const std::array<std::pair<GLuint*, GLenum>, 2> buffers = {
+            {{&target.positions.points, kPointFormat}, {&target.positions.layers, kLayerFormat}}};
+        for (std::size_t i = 0; i < buffers.size(); ++i) {
+            glCreateRenderbuffers(1, buffers[i].first);
+            glNamedRenderbufferStorage(*buffers[i].first, buffers[i].second, width, height);
+            glNamedFramebufferRenderbuffer(
+                target.framebuffer, kDrawBuffers[i + 1], GL_RENDERBUFFER, *buffers[i].first
+            );
+        }
+        glNamedFramebufferDrawBuffers(
+            target.framebuffer, static_cast<GLsizei>(kDrawBuffers.size()), kDrawBuffers.data()
+        );
+    }
     const bool complete = glCheckNamedFramebufferStatus(target.framebuffer, GL_FRAMEBUFFER) ==
                           GL_FRAMEBUFFER_COMPLETE;
     const GLenum error = glGetError();
@@ -803,6 +1033,58 @@ Result<Picture> OpenGLBackend::read_target(TargetId target) {
     return picture;
 }
 
+Result<PositionPicture> OpenGLBackend::read_positions(TargetId target) {
+    const Target* read = impl_->target(target);
+    if (read == nullptr) {
+        return no_target(target);
+    }
+    if (read->positions.points == 0) {
+        return fail(
+            ErrorCode::unsupported,
+            "OpenGL: target " + std::to_string(index_of(target)) + " keeps no positions"
+        );
+    }
+    drop_old_errors();
+    const ReadGuard guard;
+    const std::size_t pixels =
+        static_cast<std::size_t>(read->width) * static_cast<std::size_t>(read->height);
+    std::vector<std::array<std::uint32_t, 4>> points(pixels);
+    std::vector<std::array<std::uint32_t, 2>> layers(pixels);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, read->framebuffer);
+    GLint old_buffer = GL_NONE;
+    glGetIntegerv(GL_READ_BUFFER, &old_buffer);
+    glReadBuffer(kDrawBuffers[1]);
+    glReadPixels(0, 0, read->width, read->height, GL_RGBA_INTEGER, GL_UNSIGNED_INT, points.data());
+    glReadBuffer(kDrawBuffers[2]);
+    glReadPixels(0, 0, read->width, read->height, GL_RG_INTEGER, GL_UNSIGNED_INT, layers.data());
+    glReadBuffer(static_cast<GLenum>(old_buffer));
+    const GLenum error = glGetError();
+    if (error != GL_NO_ERROR) {
+        return fail(
+            error == GL_OUT_OF_MEMORY ? ErrorCode::out_of_memory : ErrorCode::device,
+            "OpenGL: error " + std::to_string(error) + " while reading positions of target " +
+                std::to_string(index_of(target))
+        );
+    }
+    PositionPicture picture;
+    picture.width = read->width;
+    picture.height = read->height;
+    picture.texels.resize(pixels);
+    const auto width = static_cast<std::size_t>(read->width);
+    for (std::size_t i = 0; i < pixels; ++i) {
+        // OpenGL's rows go up, a picture's go down.
+        const std::size_t from = pixels - width - i / width * width + i % width;
+        PositionTexel& texel = picture.texels[i];
+        for (int axis = 0; axis < 3; ++axis) {
+            texel.point[axis] = std::bit_cast<float>(points[from][static_cast<std::size_t>(axis)]);
+        }
+        texel.item = static_cast<ItemId>(points[from][3]);
+        texel.texel_px = std::bit_cast<float>(layers[from][0]);
+        texel.node = layers[from][1];
+    }
+    return picture;
+}
+
 Backend::Limits OpenGLBackend::limits() const noexcept {
     return impl_->limits;
 }
@@ -818,6 +1100,14 @@ std::uint64_t OpenGLBackend::image_bytes() const noexcept {
         bytes += page_bytes(page);
     }
     return bytes;
+}
+
+std::uint64_t OpenGLBackend::position_bytes() const noexcept {
+    std::uint64_t texels = 0;
+    for (const Page& page : impl_->pages) {
+        texels += static_cast<std::uint64_t>(page.size) * static_cast<std::uint64_t>(page.size);
+    }
+    return impl_->positions() ? texels * kPositionTexelBytes : 0;
 }
 
 } // namespace farfield::opengl

@@ -26,6 +26,7 @@ constexpr GLuint kColor = 2;
 constexpr GLuint kTexcoord = 3;
 constexpr GLuint kRows = 4;       // three rows of the object-to-camera transform
 constexpr GLuint kNormalRows = 7; // three rows of the object-to-world transform of normals
+constexpr GLuint kItem = 10;
 
 constexpr GLuint kVertexBinding = 0;
 constexpr GLuint kTexcoordBinding = 1;
@@ -41,12 +42,13 @@ static_assert(sizeof(Vertex) == 20);
 struct InstanceData {
     std::array<glm::vec4, 3> rows{};
     std::array<glm::vec3, 3> normal_rows{};
+    std::uint32_t item = 0;
 };
-static_assert(sizeof(InstanceData) == 84);
+static_assert(sizeof(InstanceData) == 88);
 
 // Shading happens per vertex: it costs one interpolated value and no work per pixel, and the same
 // shaders draw the geometry baseline.
-std::string vertex_shader(bool textured, bool clipped) {
+std::string vertex_shader(bool textured, bool clipped, bool positions) {
     std::string text = "#version 450 core\n";
     if (clipped) {
         text += "out gl_PerVertex { vec4 gl_Position; float gl_ClipDistance[6]; };\n";
@@ -69,6 +71,11 @@ layout(location = 0) out vec4 shaded;
     if (clipped) {
         text += "uniform vec4 clip_planes[6];\n";
     }
+    if (positions) {
+        text += "layout(location = 10) in uint item;\n"
+                "layout(location = 2) out vec3 shown_point;\n"
+                "layout(location = 3) flat out uint shown_item;\n";
+    }
     text += R"(
 void main() {
     vec4 p = vec4(position, 1.0);
@@ -83,6 +90,9 @@ void main() {
     if (textured) {
         text += "    uv = texcoord;\n";
     }
+    if (positions) {
+        text += "    shown_point = position;\n    shown_item = item;\n";
+    }
     if (clipped) {
         text += "    for (int i = 0; i < 6; ++i) {\n"
                 "        gl_ClipDistance[i] = dot(clip_planes[i], camera);\n    }\n";
@@ -94,7 +104,7 @@ void main() {
 enum class Surface : std::uint8_t { plain, textured, cutout };
 constexpr std::size_t kSurfaces = 3;
 
-std::string fragment_shader(Surface surface) {
+std::string fragment_shader(Surface surface, bool positions) {
     std::string text = "#version 450 core\n"
                        "layout(location = 0) in vec4 shaded;\n"
                        "layout(location = 0) out vec4 result;\n";
@@ -105,6 +115,12 @@ std::string fragment_shader(Surface surface) {
     if (surface == Surface::cutout) {
         text += "uniform float alpha_cutoff;\n";
     }
+    if (positions) {
+        text += "layout(location = 2) in vec3 shown_point;\n"
+                "layout(location = 3) flat in uint shown_item;\n"
+                "layout(location = 1) out uvec4 point;\n"
+                "layout(location = 2) out uvec2 layer;\n";
+    }
     text += "void main() {\n";
     if (surface == Surface::plain) {
         text += "    result = vec4(shaded.rgb, 1.0);\n";
@@ -114,6 +130,10 @@ std::string fragment_shader(Surface surface) {
             text += "    if (color.a < alpha_cutoff) { discard; }\n";
         }
         text += "    result = vec4(color.rgb, 1.0);\n";
+    }
+    if (positions) {
+        text += "    point = uvec4(floatBitsToUint(shown_point), shown_item);\n"
+                "    layer = uvec2(0u, 0xFFFFFFFFu);\n";
     }
     text += "}\n";
     return text;
@@ -181,7 +201,8 @@ struct SceneSource::Impl {
     std::vector<Instance> instances;
     DirectionalLight light;
 
-    std::array<std::array<Program, 2>, kSurfaces> programs; // by surface and clipping
+    /// By surface, and by what is asked for: clipping (1), positions (2).
+    std::array<std::array<Program, 4>, kSurfaces> programs;
     GLuint vertices = 0;
     GLuint texcoords = 0;
     GLuint indices = 0;
@@ -217,7 +238,7 @@ struct SceneSource::Impl {
         glDeleteTextures(static_cast<GLsizei>(textures.size()), textures.data());
     }
 
-    Result<void> make_programs();
+    Result<void> make_programs(bool positions);
     Result<void> upload_textures(const Scene& scene);
     void add_materials(const Scene& scene);
     void upload_meshes(const Scene& scene);
@@ -229,19 +250,19 @@ struct SceneSource::Impl {
     void use_material(std::uint32_t material, const PassContext& context) noexcept;
 };
 
-Result<void> SceneSource::Impl::make_programs() {
+Result<void> SceneSource::Impl::make_programs(bool positions) {
     for (std::size_t surface = 0; surface < kSurfaces; ++surface) {
         for (std::size_t clipped = 0; clipped < 2; ++clipped) {
             const auto kind = static_cast<Surface>(surface);
             const Result<GLuint> linked = link_program(
                 "scene source",
-                vertex_shader(kind != Surface::plain, clipped == 1),
-                fragment_shader(kind)
+                vertex_shader(kind != Surface::plain, clipped == 1, positions),
+                fragment_shader(kind, positions)
             );
             if (!linked) {
                 return tl::unexpected(linked.error());
             }
-            Program& program = programs[surface][clipped];
+            Program& program = programs[surface][clipped + (positions ? 2 : 0)];
             program.name = *linked;
             program.projection = glGetUniformLocation(program.name, "projection");
             program.base_color = glGetUniformLocation(program.name, "base_color");
@@ -433,6 +454,11 @@ void SceneSource::Impl::make_arrays() {
                 kInstanceBinding
             );
         }
+        glEnableVertexArrayAttrib(*array, kItem);
+        glVertexArrayAttribIFormat(
+            *array, kItem, 1, GL_UNSIGNED_INT, static_cast<GLuint>(offsetof(InstanceData, item))
+        );
+        glVertexArrayAttribBinding(*array, kItem, kInstanceBinding);
         glVertexArrayBindingDivisor(*array, kInstanceBinding, 1);
         glVertexArrayVertexBuffer(*array, kVertexBinding, vertices, 0, sizeof(Vertex));
     }
@@ -479,6 +505,7 @@ InstanceData SceneSource::Impl::instance_data(ItemId item, const View& view) con
     );
     const double sign = glm::determinant(linear) < 0.0 ? -1.0 : 1.0;
     InstanceData result;
+    result.item = static_cast<std::uint32_t>(index_of(item));
     for (int row = 0; row < 3; ++row) {
         const auto r = static_cast<std::size_t>(row);
         result.rows[r] =
@@ -495,8 +522,9 @@ void SceneSource::Impl::use_material(std::uint32_t index, const PassContext& con
     }
     current_material = index;
     const MaterialOnDevice& material = materials[index];
-    const Program& program =
-        programs[static_cast<std::size_t>(material.surface)][context.clip.has_value() ? 1 : 0];
+    const std::size_t variant =
+        (context.clip.has_value() ? 1U : 0U) + (context.positions ? 2U : 0U);
+    const Program& program = programs[static_cast<std::size_t>(material.surface)][variant];
     if (&program != current) {
         current = &program;
         glUseProgram(program.name);
@@ -536,8 +564,10 @@ SceneSource::~SceneSource() = default;
 Result<std::unique_ptr<SceneSource>>
 SceneSource::create(const Scene& scene, const Hierarchy* hierarchy) {
     auto impl = std::make_unique<Impl>();
-    if (Result<void> made = impl->make_programs(); !made) {
-        return tl::unexpected(std::move(made).error());
+    for (const bool positions : {false, true}) {
+        if (Result<void> made = impl->make_programs(positions); !made) {
+            return tl::unexpected(std::move(made).error());
+        }
     }
     {
         const UploadGuard guard;
@@ -561,7 +591,7 @@ SceneSource::create(const Scene& scene, const Hierarchy* hierarchy) {
 }
 
 GeometrySource::Capabilities SceneSource::capabilities() const noexcept {
-    return {.subset = true, .clip_planes = true};
+    return {.subset = true, .clip_planes = true, .position_output = true};
 }
 
 void SceneSource::draw(const DrawList& list, const PassContext& context) noexcept {

@@ -56,7 +56,9 @@ StateGuard::StateGuard() noexcept {
     scissor_test_ = glIsEnabledi(GL_SCISSOR_TEST, 0);
     glGetFloati_v(GL_VIEWPORT, 0, viewport_.data());
     glGetIntegeri_v(GL_SCISSOR_BOX, 0, scissor_.data());
-    glGetBooleani_v(GL_COLOR_WRITEMASK, 0, color_mask_.data());
+    for (std::size_t i = 0; i < kBuffers; ++i) {
+        glGetBooleani_v(GL_COLOR_WRITEMASK, static_cast<GLuint>(i), color_masks_[i].data());
+    }
     glGetDoublei_v(GL_DEPTH_RANGE, 0, depth_range_.data());
     glGetBooleanv(GL_DEPTH_WRITEMASK, &depth_mask_);
     depth_function_ = integer(GL_DEPTH_FUNC);
@@ -78,9 +80,11 @@ StateGuard::StateGuard() noexcept {
     pipeline_ = integer(GL_PROGRAM_PIPELINE_BINDING);
     vertex_array_ = integer(GL_VERTEX_ARRAY_BINDING);
     active_texture_ = integer(GL_ACTIVE_TEXTURE);
-    glActiveTexture(GL_TEXTURE0);
-    texture_ = integer(GL_TEXTURE_BINDING_2D);
-    sampler_ = integer(GL_SAMPLER_BINDING);
+    for (std::size_t i = 0; i < kBuffers; ++i) {
+        glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(i));
+        textures_[i] = integer(GL_TEXTURE_BINDING_2D);
+        samplers_[i] = integer(GL_SAMPLER_BINDING);
+    }
 }
 
 StateGuard::~StateGuard() {
@@ -96,7 +100,10 @@ StateGuard::~StateGuard() {
     set_first_switch(GL_SCISSOR_TEST, scissor_test_);
     glViewportIndexedfv(0, viewport_.data());
     glScissorIndexedv(0, scissor_.data());
-    glColorMaski(0, color_mask_[0], color_mask_[1], color_mask_[2], color_mask_[3]);
+    for (std::size_t i = 0; i < kBuffers; ++i) {
+        const std::array<GLboolean, 4>& mask = color_masks_[i];
+        glColorMaski(static_cast<GLuint>(i), mask[0], mask[1], mask[2], mask[3]);
+    }
     glDepthRangeIndexed(0, depth_range_[0], depth_range_[1]);
     glDepthMask(depth_mask_);
     glDepthFunc(static_cast<GLenum>(depth_function_));
@@ -118,9 +125,11 @@ StateGuard::~StateGuard() {
     glUseProgram(static_cast<GLuint>(program_));
     glBindProgramPipeline(static_cast<GLuint>(pipeline_));
     glBindVertexArray(static_cast<GLuint>(vertex_array_));
-    glActiveTexture(GL_TEXTURE0);
-    glBindTexture(GL_TEXTURE_2D, static_cast<GLuint>(texture_));
-    glBindSampler(0, static_cast<GLuint>(sampler_));
+    for (std::size_t i = 0; i < kBuffers; ++i) {
+        glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(i));
+        glBindTexture(GL_TEXTURE_2D, static_cast<GLuint>(textures_[i]));
+        glBindSampler(static_cast<GLuint>(i), static_cast<GLuint>(samplers_[i]));
+    }
     glActiveTexture(static_cast<GLenum>(active_texture_));
 }
 
@@ -144,7 +153,9 @@ void set_drawing_state(GLuint framebuffer, const Region& viewport, const Region&
         static_cast<GLfloat>(viewport.height)
     );
     glScissorIndexed(0, scissor.x, scissor.y, scissor.width, scissor.height);
-    glColorMaski(0, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    for (GLuint buffer = 0; buffer < StateGuard::kBuffers; ++buffer) {
+        glColorMaski(buffer, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    }
     glDepthRangeIndexed(0, 0.0, 1.0);
     glDepthMask(GL_TRUE);
     glDepthFunc(GL_GREATER);
@@ -156,7 +167,9 @@ void set_drawing_state(GLuint framebuffer, const Region& viewport, const Region&
     glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
     glBindProgramPipeline(0);
     glActiveTexture(GL_TEXTURE0);
-    glBindSampler(0, 0);
+    for (GLuint unit = 0; unit < StateGuard::kBuffers; ++unit) {
+        glBindSampler(unit, 0);
+    }
 }
 
 ReadGuard::ReadGuard() noexcept {

@@ -10,7 +10,8 @@ namespace farfield::opengl {
 
 /// Remembers every OpenGL state that executing a plan changes, and puts it back when it goes. All
 /// changes go through states listed here; a test compares the whole context before and after. Of
-/// states that exist once for each viewport or draw buffer only the first is touched.
+/// states that exist once for each viewport or draw buffer only the first is touched, but for the
+/// colour masks of the buffers that positions are kept in.
 class StateGuard {
   public:
     StateGuard() noexcept;
@@ -42,6 +43,9 @@ class StateGuard {
     };
     static constexpr std::size_t kClipDistances = 8;
 
+    /// Draw buffers: colours, and with positions points and layers. As many texture units.
+    static constexpr std::size_t kBuffers = 3;
+
   private:
     std::array<GLboolean, kOff.size()> off_{};
     std::array<GLboolean, kClipDistances> clip_distances_{};
@@ -51,7 +55,7 @@ class StateGuard {
     GLboolean scissor_test_ = GL_FALSE;
     std::array<GLfloat, 4> viewport_{};
     std::array<GLint, 4> scissor_{};
-    std::array<GLboolean, 4> color_mask_{};
+    std::array<std::array<GLboolean, 4>, kBuffers> color_masks_{};
     std::array<GLdouble, 2> depth_range_{};
     GLboolean depth_mask_ = GL_TRUE;
     GLint depth_function_ = GL_LESS;
@@ -71,8 +75,8 @@ class StateGuard {
     GLint pipeline_ = 0;
     GLint vertex_array_ = 0;
     GLint active_texture_ = GL_TEXTURE0;
-    GLint texture_ = 0;
-    GLint sampler_ = 0;
+    std::array<GLint, kBuffers> textures_{};
+    std::array<GLint, kBuffers> samplers_{};
 };
 
 /// Sets every state above to what geometry of a plan is drawn with: depth tested and written,

@@ -402,6 +402,17 @@ Box3d item_bounds(const Scene& scene, ItemId item) noexcept {
     return world;
 }
 
+std::vector<glm::dmat4x3> item_frames(const Scene& scene) {
+    std::vector<glm::dmat4x3> frames;
+    frames.reserve(scene.instances.size());
+    for (const Instance& instance : scene.instances) {
+        glm::dmat4x3 frame = instance.object_to_world;
+        frame[3] = frame * glm::dvec4(scene.meshes[index_of(instance.mesh)].origin, 1.0);
+        frames.push_back(frame);
+    }
+    return frames;
+}
+
 Box3d scene_bounds(const Scene& scene) noexcept {
     Box3d box;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {

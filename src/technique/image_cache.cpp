@@ -509,6 +509,7 @@ bool ImageCache::Impl::make_image(
     }
     pass.copy_page = image.page;
     pass.copy = image.region;
+    pass.node = index;
     const std::size_t quads_before = plan.quads.size();
     writer.open();
     write_image_contents(index, box, contents_view);
@@ -645,6 +646,7 @@ ImageQuad ImageCache::Impl::quad_of(const CachedImage& image) const noexcept {
     const float nearest = static_cast<float>(frame.view.lens.near_distance) * 1.0001F;
     ImageQuad quad;
     quad.page = image.page;
+    quad.node = image.node;
     quad.source = grown(image.region, kFade - kBorder);
     quad.origin = image.origin;
     quad.edge_u = image.edge_u;

@@ -63,10 +63,16 @@ class ModelBackend final : public Backend {
     [[nodiscard]] Result<Picture> read_target(TargetId target) override {
         return checker_.read_target(target);
     }
+    [[nodiscard]] Result<PositionPicture> read_positions(TargetId target) override {
+        return checker_.read_positions(target);
+    }
     [[nodiscard]] Limits limits() const noexcept override { return checker_.limits(); }
     [[nodiscard]] std::string device() const override { return "model"; }
     [[nodiscard]] std::uint64_t image_bytes() const noexcept override {
         return checker_.image_bytes();
+    }
+    [[nodiscard]] std::uint64_t position_bytes() const noexcept override {
+        return checker_.position_bytes();
     }
 
     double clock_s = 1000.0;

@@ -3,6 +3,7 @@
 #include <farfield/core/result.hpp>
 #include <farfield/gpu/frame_plan.hpp>
 #include <farfield/image/picture.hpp>
+#include <farfield/image/position_picture.hpp>
 
 #include <glm/vec4.hpp>
 
@@ -47,9 +48,16 @@ class Backend {
     /// Colours of a target, rows from the top; waits for drawing to end.
     [[nodiscard]] virtual Result<Picture> read_target(TargetId target) = 0;
 
+    /// Which surface point each pixel of a target shows; waits for drawing to end.
+    /// @return `unsupported` from a backend that keeps no positions
+    [[nodiscard]] virtual Result<PositionPicture> read_positions(TargetId target) = 0;
+
     struct Limits {
         std::int32_t page_size = 0; ///< [texel] largest width and height of a page
         std::int32_t samples = 1;   ///< most samples per pixel
+        /// Keeps, beside the colour of every page and target, the surface points that it shows: for
+        /// measuring. Pages and targets then have one sample whatever is asked for.
+        bool positions = false;
     };
     [[nodiscard]] virtual Limits limits() const noexcept = 0;
 
@@ -58,6 +66,9 @@ class Backend {
 
     /// Bytes of all pages as allocated, with depth and samples.
     [[nodiscard]] virtual std::uint64_t image_bytes() const noexcept = 0;
+
+    /// Bytes that positions take beside the colours of all pages: 0 where none are kept.
+    [[nodiscard]] virtual std::uint64_t position_bytes() const noexcept = 0;
 };
 
 } // namespace farfield

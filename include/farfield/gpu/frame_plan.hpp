@@ -37,6 +37,8 @@ struct ImageQuad {
     /// near distance. It is the nearest depth of what the image shows, so a surface drawn before
     /// hides the image only where it stands before all of it.
     float depth = 0.0F;
+    /// Node of the hierarchy that the image is of: for those who measure and report.
+    std::uint32_t node = UINT32_MAX;
 };
 
 /// What to draw next within a pass, in order.
@@ -69,6 +71,7 @@ struct Pass {
     std::uint32_t batch = 0;
     PageId copy_page = kNone<PageId>; ///< where the `copy_size` texels at `scissor` go, or none
     Region copy;                      ///< [texel] of `copy_page`; the size is that of `scissor`
+    std::uint32_t node = UINT32_MAX;  ///< of which an image is made, as `ImageQuad::node`
 };
 
 /// All that one frame needs, as plain data: executed, recorded, printed, compared, or handed to an

@@ -25,6 +25,7 @@ struct PassContext {
     glm::dvec3 origin{0.0};    ///< of `clip`
     std::optional<Box3f> clip; ///< draw only what is inside, relative to `origin`
     bool color = true;         ///< false: only depth is kept
+    bool positions = false; ///< positions are kept beside the colour; how is the backend's to say
 };
 
 /// Draws items. The engine may implement it with its own meshes and shaders; Farfield's own draw a
@@ -40,6 +41,8 @@ class GeometrySource {
     struct Capabilities {
         bool subset = false;      ///< draws pieces
         bool clip_planes = false; ///< honours `PassContext::clip`
+        /// Honours `PassContext::positions`. Without it no disparity is measured, nothing else.
+        bool position_output = false;
     };
     [[nodiscard]] virtual Capabilities capabilities() const noexcept = 0;
 

@@ -10,6 +10,13 @@
 
 namespace farfield::opengl {
 
+struct OpenGLBackendOptions {
+    /// Keeps surface points beside the colours of every page and target: see
+    /// `Backend::read_positions`. For measuring: pages take seven times the memory, images are
+    /// drawn twice, and whatever the plan says there is one sample a pixel.
+    bool positions = false;
+};
+
 /// Executes frame plans with OpenGL 4.5 core, in the context that is current on the calling thread:
 /// a `HeadlessContext`, or the one of an engine.
 ///
@@ -24,11 +31,17 @@ namespace farfield::opengl {
 ///
 /// Images are rendered in one scratch page with a 32-bit float reverse-z depth buffer, many in a
 /// batch, and copied to their pages. Colours are blended as encoded (`GL_FRAMEBUFFER_SRGB` is off).
+///
+/// With positions, `PassContext::positions` asks the source for two more outputs: at location 1 a
+/// uvec4 of the bits of the object-space point and the item's number, at location 2 a uvec2 of 0
+/// and 0xFFFFFFFF. Framebuffers of the caller's have colours alone.
 class OpenGLBackend final : public Backend {
   public:
     /// @param source draws the items; must outlive the backend and use the same context
-    /// @return `device` where no context is current, `unsupported` where it is older than 4.5
-    [[nodiscard]] static Result<std::unique_ptr<OpenGLBackend>> create(GeometrySource& source);
+    /// @return `device` where no context is current, `unsupported` where it is older than 4.5, or
+    /// where positions are asked for that the source does not give
+    [[nodiscard]] static Result<std::unique_ptr<OpenGLBackend>>
+    create(GeometrySource& source, const OpenGLBackendOptions& options = {});
 
     ~OpenGLBackend() override;
 
@@ -39,9 +52,11 @@ class OpenGLBackend final : public Backend {
     create_target(std::int32_t width, std::int32_t height, std::int32_t samples) noexcept override;
     void destroy_target(TargetId target) noexcept override;
     [[nodiscard]] Result<Picture> read_target(TargetId target) override;
+    [[nodiscard]] Result<PositionPicture> read_positions(TargetId target) override;
     [[nodiscard]] Limits limits() const noexcept override;
     [[nodiscard]] std::string device() const override;
     [[nodiscard]] std::uint64_t image_bytes() const noexcept override;
+    [[nodiscard]] std::uint64_t position_bytes() const noexcept override;
 
     /// Draws into a framebuffer of the caller's instead of one of the backend's own. It needs a
     /// depth attachment, which is reverse-z: cleared to 0, nearer is greater. Its first draw buffer

@@ -88,6 +88,10 @@ struct Scene {
 /// World box of an item; conservative for rotated instances (box of the transformed box).
 [[nodiscard]] Box3d item_bounds(const Scene& scene, ItemId item) noexcept;
 
+/// Where each item's surface points are: takes a point relative to the origin of the item's mesh,
+/// as positions are kept (`PositionTexel::point`), into the world. By `ItemId`.
+[[nodiscard]] std::vector<glm::dmat4x3> item_frames(const Scene& scene);
+
 /// World box around all items; empty for an empty scene.
 [[nodiscard]] Box3d scene_bounds(const Scene& scene) noexcept;
 

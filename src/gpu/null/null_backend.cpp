@@ -440,6 +440,16 @@ Result<Picture> NullBackend::read_target(TargetId target) {
     );
 }
 
+Result<PositionPicture> NullBackend::read_positions(TargetId target) {
+    if (impl_->target(target) == nullptr) {
+        return no_target(target);
+    }
+    return fail(
+        ErrorCode::unsupported,
+        "null backend: target " + std::to_string(index_of(target)) + " holds no positions"
+    );
+}
+
 Backend::Limits NullBackend::limits() const noexcept {
     return impl_->limits;
 }
@@ -454,6 +464,14 @@ std::uint64_t NullBackend::image_bytes() const noexcept {
             page.scratch ? texels * 8U * static_cast<std::uint64_t>(page.samples) : texels * 4U;
     }
     return bytes;
+}
+
+std::uint64_t NullBackend::position_bytes() const noexcept {
+    std::uint64_t texels = 0;
+    for (const NullPage& page : impl_->pages) {
+        texels += static_cast<std::uint64_t>(page.size) * static_cast<std::uint64_t>(page.size);
+    }
+    return impl_->limits.positions ? texels * sizeof(PositionTexel) : 0;
 }
 
 const PlanWork& NullBackend::total_work() const noexcept {

@@ -59,9 +59,13 @@ class NullBackend final : public Backend {
 
     /// @return always an error: `unsupported` for a target that exists, since nothing was drawn
     [[nodiscard]] Result<Picture> read_target(TargetId target) override;
+    /// @return always an error, as `read_target`
+    [[nodiscard]] Result<PositionPicture> read_positions(TargetId target) override;
     [[nodiscard]] Limits limits() const noexcept override;
     [[nodiscard]] std::string device() const override { return "null"; }
     [[nodiscard]] std::uint64_t image_bytes() const noexcept override;
+    /// What a backend with `Limits::positions` would need.
+    [[nodiscard]] std::uint64_t position_bytes() const noexcept override;
 
     /// Sum over all plans executed.
     [[nodiscard]] const PlanWork& total_work() const noexcept;
