@@ -1,3 +1,4 @@
+#include "picture_checks.hpp"
 #include <farfield/eval/image_errors.hpp>
 
 #include <algorithm>
@@ -11,58 +12,11 @@ namespace farfield::eval {
 
 namespace {
 
+using detail::check;
+using detail::check_pair;
+
 constexpr std::size_t kChannels = 4;
 constexpr std::size_t kColors = 3; // alpha is the fourth
-
-std::string size_text(int width, int height) {
-    return std::to_string(width) + "x" + std::to_string(height);
-}
-
-Result<void> check_size(const char* what, int width, int height, std::size_t held, std::size_t of) {
-    if (width < 1 || height < 1) {
-        return fail(
-            ErrorCode::invalid_argument,
-            std::string(what) + " is " + size_text(width, height) + " pixels, expected at least 1x1"
-        );
-    }
-    const std::size_t expected =
-        static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * of;
-    if (held != expected) {
-        return fail(
-            ErrorCode::invalid_argument,
-            std::string(what) + " of " + size_text(width, height) + " pixels holds " +
-                std::to_string(held) + " bytes, expected " + std::to_string(expected)
-        );
-    }
-    return {};
-}
-
-Result<void> check(const char* what, const Picture& picture) {
-    return check_size(what, picture.width, picture.height, picture.rgba.size(), kChannels);
-}
-
-Result<void> check(const char* what, const CoverageMask& mask) {
-    return check_size(what, mask.width, mask.height, mask.covered.size(), 1);
-}
-
-/// Both are sound and of one size.
-template <typename A, typename B>
-Result<void> check_pair(const char* a_name, const A& a, const char* b_name, const B& b) {
-    if (auto checked = check(a_name, a); !checked) {
-        return checked;
-    }
-    if (auto checked = check(b_name, b); !checked) {
-        return checked;
-    }
-    if (a.width != b.width || a.height != b.height) {
-        return fail(
-            ErrorCode::invalid_argument,
-            std::string(b_name) + " is " + size_text(b.width, b.height) + " pixels, " + a_name +
-                " is " + size_text(a.width, a.height)
-        );
-    }
-    return {};
-}
 
 Result<void> check_level(const char* what, int value) {
     if (value < 0 || value > 255) {

@@ -1,3 +1,4 @@
+#include "pictures.hpp"
 #include <farfield/eval/image_errors.hpp>
 
 #include <catch2/catch.hpp>
@@ -12,22 +13,9 @@ namespace {
 
 using farfield::CoverageMask;
 using farfield::Picture;
+using farfield::test::channel;
+using farfield::test::filled;
 namespace eval = farfield::eval;
-
-Picture filled(int width, int height, std::uint8_t r, std::uint8_t g, std::uint8_t b) {
-    Picture picture{width, height, {}};
-    picture.rgba.resize(static_cast<std::size_t>(width * height * 4), 255);
-    for (std::size_t i = 0; i < picture.rgba.size(); i += 4) {
-        picture.rgba[i] = r;
-        picture.rgba[i + 1] = g;
-        picture.rgba[i + 2] = b;
-    }
-    return picture;
-}
-
-std::uint8_t& channel(Picture& picture, int x, int y, int index) {
-    return picture.rgba[static_cast<std::size_t>((y * picture.width + x) * 4 + index)];
-}
 
 CoverageMask mask_of(int width, int height, const std::string& cells) {
     CoverageMask mask{width, height, {}};
