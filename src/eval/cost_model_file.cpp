@@ -20,7 +20,8 @@ constexpr std::pair<const char*, double CostModel::*> kFields[] = {
     {"image_quad_s", &CostModel::image_quad_s},
     {"image_pixel_s", &CostModel::image_pixel_s},
     {"pass_s", &CostModel::pass_s},
-    {"texel_s", &CostModel::texel_s}};
+    {"texel_s", &CostModel::texel_s},
+    {"geometry_pixel_s", &CostModel::geometry_pixel_s}};
 
 /// A value for a message; long ones are cut.
 std::string shown(const ordered_json& value) {

@@ -108,7 +108,8 @@ ordered_json cost_model_json(const std::optional<CostModel>& model) {
         {"image_quad_s", model->image_quad_s},
         {"image_pixel_s", model->image_pixel_s},
         {"pass_s", model->pass_s},
-        {"texel_s", model->texel_s}};
+        {"texel_s", model->texel_s},
+        {"geometry_pixel_s", model->geometry_pixel_s}};
 }
 
 } // namespace

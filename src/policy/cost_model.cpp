@@ -13,7 +13,8 @@ Result<void> validate(const CostModel& model) {
         {"image_quad_s", model.image_quad_s},
         {"image_pixel_s", model.image_pixel_s},
         {"pass_s", model.pass_s},
-        {"texel_s", model.texel_s}};
+        {"texel_s", model.texel_s},
+        {"geometry_pixel_s", model.geometry_pixel_s}};
     for (const auto& [name, value] : costs) {
         if (!std::isfinite(value) || value < 0.0) {
             return fail(

@@ -61,7 +61,8 @@ struct Frame {
 };
 
 struct NodeState {
-    double draw_s = 0.0;    ///< cost of drawing the node this frame
+    double draw_s = 0.0;    ///< cost of drawing the node this frame, but for its pixels as geometry
+    double pixels_s = 0.0;  ///< cost of the pixels that geometry of the node may cover this frame
     double bake_s = 0.0;    ///< cost of drawing all of it, seen or not, into an image of its parent
     float error_rad = 0.0F; ///< largest error, at the eye, of what would be drawn
     Box3f zone = kEverywhere; ///< where everything that would be drawn is valid
@@ -143,6 +144,9 @@ Result<void> check_options(const ImageCacheOptions& options) {
     }
     if (options.image_samples < 1 || options.image_samples > 64) {
         return bad_option("image_samples", options.image_samples, "1 to 64");
+    }
+    if (options.frame_samples < 1 || options.frame_samples > 64) {
+        return bad_option("frame_samples", options.frame_samples, "1 to 64");
     }
     if (options.page_size < kSmallestPage || options.page_size > kLargestPage) {
         return bad_option("page_size", options.page_size, "64 to 16384 texels");
@@ -242,6 +246,8 @@ struct ImageCache::Impl {
                      )
                    : geometry_cost(options.costs, of.item_primitives, of.item_count);
     }
+    /// What the pixels cost that geometry within a box may cover this frame.
+    [[nodiscard]] double pixels_cost(const Box3f& box) const noexcept;
     [[nodiscard]] Box3f surface_clip(const HierarchyNode& of) const noexcept;
     [[nodiscard]] ImageQuad quad_of(const CachedImage& image) const noexcept;
 };
@@ -318,8 +324,21 @@ bool ImageCache::Impl::try_image(std::uint32_t index) noexcept {
     state.zone = image.zone;
     state.level = 0;
     state.draw_s = image_cost(options.costs, static_cast<double>(area(image.region)));
+    state.pixels_s = 0.0;
     state.bake_s = state.draw_s;
     return true;
+}
+
+double ImageCache::Impl::pixels_cost(const Box3f& box) const noexcept {
+    if (options.costs.geometry_pixel_s == 0.0) {
+        return 0.0;
+    }
+    Region seen{0, 0, frame.view.width, frame.view.height};
+    // Around the eye it may cover everything.
+    if (nearest_depth(box, frame) > static_cast<float>(frame.view.lens.near_distance)) {
+        seen = intersect(project(box, frame), seen);
+    }
+    return options.costs.geometry_pixel_s * options.frame_samples * static_cast<double>(area(seen));
 }
 
 void ImageCache::Impl::update(std::uint32_t index, bool inside) noexcept {
@@ -334,6 +353,7 @@ void ImageCache::Impl::update(std::uint32_t index, bool inside) noexcept {
     if (is_empty(box)) {
         statuses[index] = NodeStatus::culled;
         state.draw_s = 0.0;
+        state.pixels_s = 0.0;
         state.bake_s = 0.0;
         state.shows_image = false;
         state.bakes_geometry = false;
@@ -348,6 +368,7 @@ void ImageCache::Impl::update(std::uint32_t index, bool inside) noexcept {
                 state.error_rad = 0.0F;
             }
             state.draw_s = 0.0;
+            state.pixels_s = 0.0;
             return;
         }
         inside = overlap == Overlap::inside;
@@ -360,6 +381,7 @@ void ImageCache::Impl::update(std::uint32_t index, bool inside) noexcept {
     if (is_leaf(here)) {
         state.error_rad = 0.0F;
         state.draw_s = contents_cost(here);
+        state.pixels_s = pixels_cost(box);
         state.bake_s = state.draw_s;
     } else {
         update(here.first_child, inside);
@@ -367,6 +389,11 @@ void ImageCache::Impl::update(std::uint32_t index, bool inside) noexcept {
         const NodeState& back = states[here.first_child];
         const NodeState& front = states[here.first_child + 1];
         state.draw_s = back.draw_s + front.draw_s;
+        // What both may cover is paid for once.
+        state.pixels_s = back.pixels_s + front.pixels_s;
+        if (back.pixels_s > 0.0 && front.pixels_s > 0.0) {
+            state.pixels_s = std::min(state.pixels_s, pixels_cost(box));
+        }
         state.bake_s = back.bake_s + front.bake_s;
         state.error_rad = std::max(back.error_rad, front.error_rad);
         state.zone = intersect(back.zone, front.zone);
@@ -397,8 +424,9 @@ void ImageCache::Impl::decide(std::uint32_t index) noexcept {
     if (!(allowed > 0.0F)) {
         return;
     }
+    const double contents_s = state.draw_s + state.pixels_s;
     // What is drawn as it is needs no image, however long that would live.
-    if (image_cost(options.costs, 0.0) >= state.draw_s) {
+    if (image_cost(options.costs, 0.0) >= contents_s) {
         return;
     }
     const Region rectangle = project(box, frame);
@@ -410,8 +438,12 @@ void ImageCache::Impl::decide(std::uint32_t index) noexcept {
     const std::uint64_t texels = area(grown(rectangle, kBorder));
     const double show_s = image_cost(options.costs, static_cast<double>(texels));
     double create_s = creation_cost(options.costs, state.bake_s, texels);
+    if (state.bakes_geometry) {
+        create_s += options.costs.geometry_pixel_s * options.image_samples *
+                    static_cast<double>(area(rectangle));
+    }
     // Zones are dear: only for what would pay if it lived longest.
-    if (!policy::image_pays(create_s, show_s, state.draw_s, options.max_life)) {
+    if (!policy::image_pays(create_s, show_s, contents_s, options.max_life)) {
         return;
     }
     const float radius = metric::corner_safety_distance_unchecked(plane, box, allowed);
@@ -426,7 +458,7 @@ void ImageCache::Impl::decide(std::uint32_t index) noexcept {
                                    zone, frame.eye, frame.velocity, frame.acceleration, frame.count
     )
                                    .frames;
-    if (!policy::image_pays(create_s, show_s, state.draw_s, life)) {
+    if (!policy::image_pays(create_s, show_s, contents_s, life)) {
         return;
     }
     if (needs_overlap(index)) {
@@ -434,7 +466,7 @@ void ImageCache::Impl::decide(std::uint32_t index) noexcept {
         std::uint64_t overlap = 0;
         for_overlap(index, box, false, [&](const Piece& run) { overlap += run.count; });
         create_s += geometry_cost(options.costs, overlap, 1);
-        if (!policy::image_pays(create_s, show_s, state.draw_s, life)) {
+        if (!policy::image_pays(create_s, show_s, contents_s, life)) {
             return;
         }
     }
@@ -450,6 +482,7 @@ void ImageCache::Impl::decide(std::uint32_t index) noexcept {
     state.bakes_geometry = false;
     state.zone = zone;
     state.draw_s = show_s;
+    state.pixels_s = 0.0;
     state.bake_s = show_s;
     ++state.level;
 }

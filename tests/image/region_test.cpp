@@ -43,9 +43,10 @@ TEST_CASE("regions that share an edge or a corner do not overlap") {
     CHECK_FALSE(contains(region, {3, 4, 4, 2}));
     CHECK_FALSE(contains({3, 4, 2, 2}, region));
     CHECK(unite(region, {-1, 20, 1, 2}) == Region{-1, 3, 7, 19});
+    CHECK(area(intersect(region, {-1, 20, 1, 2})) == 0);
 }
 
-TEST_CASE("overlap, containment and union agree with their texels") {
+TEST_CASE("overlap, containment, union and what is shared agree with their texels") {
     for_each_region([](const Region& a) {
         for_each_region([&](const Region& b) {
             if (area(a) == 0 || area(b) == 0) {
@@ -53,6 +54,7 @@ TEST_CASE("overlap, containment and union agree with their texels") {
             }
             const Region both = unite(a, b);
             bool shared = false;
+            std::uint64_t shared_texels = 0;
             bool b_in_a = true;
             std::int32_t left = 100;
             std::int32_t right = -100;
@@ -63,6 +65,7 @@ TEST_CASE("overlap, containment and union agree with their texels") {
                     const bool in_a = holds(a, x, y);
                     const bool in_b = holds(b, x, y);
                     shared = shared || (in_a && in_b);
+                    shared_texels += in_a && in_b ? 1U : 0U;
                     b_in_a = b_in_a && (in_a || !in_b);
                     if (in_a || in_b) {
                         left = x < left ? x : left;
@@ -74,7 +77,9 @@ TEST_CASE("overlap, containment and union agree with their texels") {
             }
             const bool right_answers =
                 overlaps(a, b) == shared && overlaps(b, a) == shared && contains(a, b) == b_in_a &&
-                both == Region{left, bottom, right - left + 1, top - bottom + 1};
+                both == Region{left, bottom, right - left + 1, top - bottom + 1} &&
+                area(intersect(a, b)) == shared_texels &&
+                (!shared || (contains(a, intersect(a, b)) && contains(b, intersect(a, b))));
             if (!right_answers) {
                 CAPTURE(a.x, a.y, a.width, a.height, b.x, b.y, b.width, b.height);
                 REQUIRE(right_answers);

@@ -18,12 +18,14 @@ constexpr std::pair<const char*, double CostModel::*> kFields[] = {
     {"image_quad_s", &CostModel::image_quad_s},
     {"image_pixel_s", &CostModel::image_pixel_s},
     {"pass_s", &CostModel::pass_s},
-    {"texel_s", &CostModel::texel_s}};
+    {"texel_s", &CostModel::texel_s},
+    {"geometry_pixel_s", &CostModel::geometry_pixel_s}};
 
 } // namespace
 
 TEST_CASE("a cost model is refused by the name and value of its bad field") {
     CHECK(validate(CostModel{}).has_value());
+    CHECK(validate(farfield::ray_casting_costs()).has_value());
     for (const auto& [name, field] : kFields) {
         for (const double bad :
              {-1.0,

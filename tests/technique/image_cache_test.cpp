@@ -712,6 +712,30 @@ TEST_CASE("two runs make the same plans") {
     }
 }
 
+TEST_CASE("where pixels of geometry cost, images are made of what covers many for long") {
+    const Hierarchy tree = support::make_row(8, {});
+    const auto made_with = [&](const CostModel& costs, std::int32_t frame_samples) {
+        const ImageCacheOptions options{
+            .error_px = 4.0, .costs = costs, .frame_samples = frame_samples};
+        ImageCache cache = make_cache(tree, options);
+        PlanReplay replay = make_replay(tree, cache, options);
+        std::vector<View> views;
+        for (int frame = 0; frame < 60; ++frame) {
+            views.push_back(
+                support::view_at({frame * 0.5, 4.0, 96.0 - frame * 0.25}, {56.0, 0.0, 0.0})
+            );
+        }
+        return walk(cache, replay, support::walk_of(views)).created;
+    };
+    CostModel costs = ray_casting_costs();
+    CHECK(made_with(costs, 1) > 0);
+    // Samples of the frame make its geometry dearer, and images of one sample no more so.
+    CHECK(made_with(costs, 16) >= made_with(costs, 1));
+    // Nothing else costs enough to be saved.
+    costs.geometry_pixel_s = 0.0;
+    CHECK(made_with(costs, 1) == 0);
+}
+
 TEST_CASE("a small walk makes the plans on record") {
     // Past a row of eight boxes; no builder and no library function but the square root decides
     // what is in the plans. Where decisions are changed on purpose, the value printed by the

@@ -32,6 +32,15 @@ struct Region {
            inner.y + inner.height <= outer.y + outer.height;
 }
 
+/// What both share; of no width or height where they share nothing.
+[[nodiscard]] constexpr Region intersect(const Region& a, const Region& b) noexcept {
+    const std::int32_t x = a.x > b.x ? a.x : b.x;
+    const std::int32_t y = a.y > b.y ? a.y : b.y;
+    const std::int32_t right = a.x + a.width < b.x + b.width ? a.x + a.width : b.x + b.width;
+    const std::int32_t top = a.y + a.height < b.y + b.height ? a.y + a.height : b.y + b.height;
+    return {x, y, right > x ? right - x : 0, top > y ? top - y : 0};
+}
+
 /// Smallest region around both.
 [[nodiscard]] constexpr Region unite(const Region& a, const Region& b) noexcept {
     const std::int32_t x = a.x < b.x ? a.x : b.x;

@@ -17,9 +17,25 @@ struct CostModel {
     double image_pixel_s = 4.0e-9; ///< one pixel of an image drawn, filtered and blended
     double pass_s = 5.0e-5;        ///< one image made: state and copy, apart from its texels
     double texel_s = 1.0e-8;       ///< one texel of an image made, clear and copy included
+    /// One sample of one pixel that geometry may cover, apart from its triangles. Nothing to speak
+    /// of where triangles are rasterised; nearly all there is where rays are cast.
+    double geometry_pixel_s = 0.0;
 
     friend bool operator==(const CostModel&, const CostModel&) = default;
 };
+
+/// Costs of casting rays into geometry instead of rasterising it: what is drawn hardly matters, how
+/// many pixels it may cover does. Measured with the ray-casting backend on two cores.
+[[nodiscard]] constexpr CostModel ray_casting_costs() noexcept {
+    return {
+        .triangle_s = 1e-12,
+        .draw_call_s = 1e-6,
+        .image_quad_s = 1e-6,
+        .image_pixel_s = 3e-9,
+        .pass_s = 1e-5,
+        .texel_s = 5e-9,
+        .geometry_pixel_s = 1e-7};
+}
 
 /// Checks that every cost is finite and not negative, and that triangles cost something.
 [[nodiscard]] Result<void> validate(const CostModel& model);

@@ -53,6 +53,7 @@ struct ImageCacheOptions {
     std::uint32_t max_life = 600; ///< [frame] longest life span that is amortised over. >= 1
     double overlap_px = 2.0;      ///< [texel] least overlap of split surfaces in images. >= 0
     CostModel costs{};
+    std::int32_t frame_samples = 1; ///< per pixel of the frames, for their costs; 1 to 64
     GeometryOrder order = GeometryOrder::front_to_back; ///< of frames in which no image is shown
     std::uint32_t cache_id = 0; ///< tells the pages of caches that share a backend apart
 };
