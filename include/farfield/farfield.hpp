@@ -36,3 +36,4 @@
 #include <farfield/scene/scene.hpp>
 #include <farfield/technique/culled_geometry.hpp>
 #include <farfield/technique/image_cache.hpp>
+#include <farfield/technique/mesh_lod.hpp>
