@@ -1,0 +1,390 @@
+#include "embree/tile.hpp"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace farfield::embree {
+
+namespace {
+
+/// Rays that Embree takes at once.
+constexpr std::size_t kLanes = 16;
+constexpr std::uint32_t kNoDraw = UINT32_MAX;
+
+template <typename T>
+using Lanes = std::array<T, kLanes>;
+
+struct PixelPlace {
+    std::uint8_t column = 0;
+    std::uint8_t row = 0;
+};
+
+/// Pixels of a tile along Morton's curve, so that those that follow each other are close.
+constexpr std::array<PixelPlace, kTilePixels> kCurve = [] {
+    std::array<PixelPlace, kTilePixels> curve{};
+    for (std::size_t i = 0; i < kTilePixels; ++i) {
+        for (unsigned bit = 0; (1U << bit) < static_cast<unsigned>(kTile); ++bit) {
+            curve[i].column |= static_cast<std::uint8_t>((i >> (2 * bit) & 1U) << bit);
+            curve[i].row |= static_cast<std::uint8_t>((i >> (2 * bit + 1) & 1U) << bit);
+        }
+    }
+    return curve;
+}();
+
+/// Rays of a packet and what they have met so far.
+struct Packet {
+    alignas(64) Lanes<int> active;
+    alignas(64) Lanes<float> x; ///< direction in the world; the camera's own depth of it is 1
+    alignas(64) Lanes<float> y;
+    alignas(64) Lanes<float> z;
+    alignas(64) Lanes<float> depth;
+    alignas(64) Lanes<float> u;
+    alignas(64) Lanes<float> v;
+    Lanes<std::uint32_t> primitive;
+    Lanes<std::uint32_t> geometry;
+    Lanes<std::uint32_t> draw;
+    Lanes<std::uint32_t> order;
+    Lanes<std::uint16_t> pixel;
+    Lanes<std::uint16_t> sample;
+    Region around; ///< [px] of the target
+    float farthest = 0.0F;
+};
+
+/// Casts packets of one phase in one tile.
+class Caster {
+  public:
+    Caster(
+        const CastScene& scene,
+        const FrameWork& work,
+        const TileTask& task,
+        std::span<const glm::vec2> places,
+        Workspace& workspace
+    ) noexcept
+        : scene_(&scene), work_(&work), pass_(&work.passes[task.pass]), region_(task.region),
+          samples_(places.size()), workspace_(&workspace), tile_(&workspace.tile) {
+        rtcInitIntersectContext(&context_.embree);
+        context_.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+        std::fill_n(hits_.ray.time, kLanes, 0.0F);
+        std::fill_n(hits_.ray.mask, kLanes, UINT32_MAX);
+        std::fill_n(hits_.ray.id, kLanes, 0U);
+        std::fill_n(hits_.ray.flags, kLanes, 0U);
+        find_tangents(places);
+    }
+
+    void run() noexcept {
+        // Rays go pixel by pixel along the curve, the samples of one after the other.
+        const std::size_t rays = kTilePixels * samples_;
+        std::size_t pixel = 0;
+        std::size_t sample = 0;
+        for (std::size_t ray = 0; ray < rays; ray += kLanes) {
+            if (!aim(pixel, sample)) {
+                continue;
+            }
+            for (const std::uint32_t draw : workspace_->listed) {
+                if (work_->draws[draw].nearest > packet_.farthest) {
+                    break; // the rest is farther still
+                }
+                if (overlaps(work_->draws[draw].around, packet_.around)) {
+                    cast(draw);
+                }
+            }
+            show();
+        }
+    }
+
+  private:
+    void find_tangents(std::span<const glm::vec2> places) noexcept;
+    bool aim(std::size_t& pixel, std::size_t& sample) noexcept;
+    void cast(std::uint32_t draw) noexcept;
+    void show() noexcept;
+    [[nodiscard]] Color16 shade(std::size_t lane) const noexcept;
+    [[nodiscard]] PositionTexel position(std::size_t lane) const noexcept;
+
+    const CastScene* scene_;
+    const FrameWork* work_;
+    const PassWork* pass_;
+    Region region_;
+    std::size_t samples_;
+    Workspace* workspace_;
+    TileBuffer* tile_;
+    CastContext context_;
+    alignas(64) RTCRayHit16 hits_{};
+    alignas(64) Lanes<int> valid_{};
+    Packet packet_{};
+};
+
+void Caster::find_tangents(std::span<const glm::vec2> places) noexcept {
+    const Pass& pass = *pass_->pass;
+    const Lens& lens = pass.view.lens;
+    const double step_x = (lens.right - lens.left) / pass.view.width;
+    const double step_y = (lens.top - lens.bottom) / pass.view.height;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(kTile); ++i) {
+        const double x = region_.x - pass.viewport.x + static_cast<double>(i);
+        const double y = region_.y - pass.viewport.y + static_cast<double>(i);
+        for (std::size_t sample = 0; sample < samples_; ++sample) {
+            const glm::dvec2 place(places[sample]);
+            workspace_->tangents_x[i * samples_ + sample] =
+                static_cast<float>(lens.left + (x + place.x) * step_x);
+            workspace_->tangents_y[i * samples_ + sample] =
+                static_cast<float>(lens.bottom + (y + place.y) * step_y);
+        }
+    }
+}
+
+/// Sets up the next rays.
+/// @return false where none of them is in the tile's region
+bool Caster::aim(std::size_t& pixel, std::size_t& sample) noexcept {
+    Packet& packet = packet_;
+    Lanes<float> x{};
+    Lanes<float> y{};
+    std::int32_t left = kTile;
+    std::int32_t right = -1;
+    std::int32_t bottom = kTile;
+    std::int32_t top = -1;
+    packet.farthest = 0.0F;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const PixelPlace place = kCurve[pixel];
+        const std::size_t in_tile = std::size_t{place.row} * kTile + place.column;
+        const bool inside = place.column < region_.width && place.row < region_.height;
+        packet.active[lane] = inside ? -1 : 0;
+        packet.pixel[lane] = static_cast<std::uint16_t>(in_tile);
+        packet.sample[lane] = static_cast<std::uint16_t>(sample);
+        packet.draw[lane] = kNoDraw;
+        packet.order[lane] = 0;
+        x[lane] = workspace_->tangents_x[place.column * samples_ + sample];
+        y[lane] = workspace_->tangents_y[place.row * samples_ + sample];
+        const float depth = tile_->mixed[in_tile] == 0
+                                ? tile_->depths[in_tile]
+                                : tile_->sample_depths[in_tile * samples_ + sample];
+        packet.depth[lane] = depth;
+        if (inside) {
+            left = std::min(left, std::int32_t{place.column});
+            right = std::max(right, std::int32_t{place.column});
+            bottom = std::min(bottom, std::int32_t{place.row});
+            top = std::max(top, std::int32_t{place.row});
+            packet.farthest = std::max(packet.farthest, depth);
+        }
+        if (++sample == samples_) {
+            sample = 0;
+            ++pixel;
+        }
+    }
+    if (right < 0) {
+        return false;
+    }
+    packet.around = {region_.x + left, region_.y + bottom, right - left + 1, top - bottom + 1};
+    const glm::mat3& axes = pass_->camera_to_world;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        packet.x[lane] = axes[0].x * x[lane] + axes[1].x * y[lane] - axes[2].x;
+        packet.y[lane] = axes[0].y * x[lane] + axes[1].y * y[lane] - axes[2].y;
+        packet.z[lane] = axes[0].z * x[lane] + axes[1].z * y[lane] - axes[2].z;
+    }
+    return true;
+}
+
+/// Casts the packet at one draw and keeps what is nearer than before.
+void Caster::cast(std::uint32_t index) noexcept {
+    const Draw& draw = work_->draws[index];
+    const CastItem& item = *draw.item;
+    Packet& packet = packet_;
+    RTCRay16& ray = hits_.ray;
+    const glm::mat3& to_object = item.direction_to_object;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        ray.org_x[lane] = draw.eye.x;
+        ray.org_y[lane] = draw.eye.y;
+        ray.org_z[lane] = draw.eye.z;
+        const float x = packet.x[lane];
+        const float y = packet.y[lane];
+        const float z = packet.z[lane];
+        ray.dir_x[lane] = to_object[0].x * x + to_object[1].x * y + to_object[2].x * z;
+        ray.dir_y[lane] = to_object[0].y * x + to_object[1].y * y + to_object[2].y * z;
+        ray.dir_z[lane] = to_object[0].z * x + to_object[1].z * y + to_object[2].z * z;
+        ray.tnear[lane] = draw.nearest;
+        ray.tfar[lane] = std::min(packet.depth[lane], draw.farthest);
+        hits_.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
+    }
+    if (draw.clipped) {
+        // The part of each ray inside the box. Parallel to a side the quotients are infinite, of
+        // one sign outside and of two inside.
+        const auto cut = [&](const Lanes<float>& along, float lo, float hi) {
+            for (std::size_t lane = 0; lane < kLanes; ++lane) {
+                const float a = lo / along[lane];
+                const float b = hi / along[lane];
+                ray.tnear[lane] = std::max(ray.tnear[lane], std::min(a, b));
+                ray.tfar[lane] = std::min(ray.tfar[lane], std::max(a, b));
+            }
+        };
+        cut(packet.x, draw.clip.lo.x, draw.clip.hi.x);
+        cut(packet.y, draw.clip.lo.y, draw.clip.hi.y);
+        cut(packet.z, draw.clip.lo.z, draw.clip.hi.z);
+    }
+    int any = 0;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        valid_[lane] = ray.tnear[lane] <= ray.tfar[lane] ? packet.active[lane] : 0;
+        any |= valid_[lane];
+    }
+    if (any == 0) {
+        return;
+    }
+    context_.runs = std::span(work_->runs).subspan(draw.first_run, draw.run_count);
+    context_.embree.filter = draw.run_count > 0 ? keep_listed : nullptr;
+    context_.direction_dx = to_object * pass_->direction_dx;
+    context_.direction_dy = to_object * pass_->direction_dy;
+    rtcIntersect16(valid_.data(), item.surface->bvh.get(), &context_.embree, &hits_);
+
+    bool met = false;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const float depth = ray.tfar[lane];
+        // What is drawn first stays where depths are equal.
+        const bool nearer = depth < packet.depth[lane] ||
+                            (depth == packet.depth[lane] && draw.order < packet.order[lane]);
+        if (valid_[lane] == 0 || hits_.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID || !nearer) {
+            continue;
+        }
+        packet.depth[lane] = depth;
+        packet.u[lane] = hits_.hit.u[lane];
+        packet.v[lane] = hits_.hit.v[lane];
+        packet.primitive[lane] = hits_.hit.primID[lane];
+        packet.geometry[lane] = hits_.hit.geomID[lane];
+        packet.draw[lane] = index;
+        packet.order[lane] = draw.order;
+        met = true;
+    }
+    if (met) {
+        packet.farthest = 0.0F;
+        for (std::size_t lane = 0; lane < kLanes; ++lane) {
+            if (packet.active[lane] != 0) {
+                packet.farthest = std::max(packet.farthest, packet.depth[lane]);
+            }
+        }
+    }
+}
+
+Color16 Caster::shade(std::size_t lane) const noexcept {
+    const Packet& packet = packet_;
+    const Draw& draw = work_->draws[packet.draw[lane]];
+    const CastItem& item = *draw.item;
+    const SurfacePart& part = item.surface->parts[packet.geometry[lane]];
+    const std::uint32_t triangle = part.first_triangle + packet.primitive[lane];
+    const std::uint32_t* corners = &item.surface->indices[std::size_t{triangle} * 3];
+    const float u = packet.u[lane];
+    const float v = packet.v[lane];
+    const std::array<float, 3> shares = {1.0F - u - v, u, v};
+    // Lit at the corners, and interpolated.
+    const float ambient = scene_->ambient();
+    glm::vec3 color(0.0F);
+    for (std::size_t k = 0; k < 3; ++k) {
+        const VertexLook& look = item.surface->looks[corners[k]];
+        float cosine = 0.0F;
+        if (item.uniform) {
+            cosine = glm::dot(look.normal, item.object_light);
+        } else {
+            const glm::vec3 normal = item.normal_to_world * look.normal;
+            const float length_sq = glm::dot(normal, normal);
+            cosine = length_sq > 0.0F ? glm::dot(normal, scene_->to_light()) / std::sqrt(length_sq)
+                                      : 0.0F;
+        }
+        const float lit = ambient + (1.0F - ambient) * (0.5F + 0.5F * cosine);
+        color += glm::vec3(look.color.r, look.color.g, look.color.b) * (shares[k] * lit);
+    }
+    constexpr float kMost = 255.0F;
+    color *= glm::vec3(part.material->base_color) / kMost;
+    if (part.material->texture != nullptr) {
+        const glm::vec3 direction =
+            item.direction_to_object * glm::vec3(packet.x[lane], packet.y[lane], packet.z[lane]);
+        const glm::vec4 texel = texel_at(
+            part,
+            triangle,
+            u,
+            v,
+            draw.eye,
+            direction,
+            item.direction_to_object * pass_->direction_dx,
+            item.direction_to_object * pass_->direction_dy
+        );
+        color *= glm::vec3(texel) / kMost;
+    }
+    const glm::vec3 scaled = glm::clamp(color, 0.0F, 1.0F) * kColor16 + 0.5F;
+    return {
+        static_cast<std::uint16_t>(scaled.r),
+        static_cast<std::uint16_t>(scaled.g),
+        static_cast<std::uint16_t>(scaled.b),
+        static_cast<std::uint16_t>(kColor16)};
+}
+
+PositionTexel Caster::position(std::size_t lane) const noexcept {
+    const Draw& draw = work_->draws[packet_.draw[lane]];
+    const Surface& surface = *draw.item->surface;
+    const std::uint32_t triangle =
+        surface.parts[packet_.geometry[lane]].first_triangle + packet_.primitive[lane];
+    const std::uint32_t* corners = &surface.indices[std::size_t{triangle} * 3];
+    const std::vector<glm::vec3>& points =
+        draw.item->mesh_points.empty() ? surface.positions : draw.item->mesh_points;
+    const float u = packet_.u[lane];
+    const float v = packet_.v[lane];
+    PositionTexel texel;
+    texel.point =
+        points[corners[0]] * (1.0F - u - v) + points[corners[1]] * u + points[corners[2]] * v;
+    texel.item = static_cast<ItemId>(draw.item_index);
+    return texel;
+}
+
+/// Writes what the packet has met into the tile.
+void Caster::show() noexcept {
+    const Packet& packet = packet_;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        if (packet.draw[lane] == kNoDraw || packet.active[lane] == 0) {
+            continue;
+        }
+        const std::size_t pixel = packet.pixel[lane];
+        const bool mask = work_->draws[packet.draw[lane]].mask;
+        if (samples_ == 1) {
+            tile_->depths[pixel] = packet.depth[lane];
+            tile_->orders[pixel] = packet.order[lane];
+            if (!mask) {
+                tile_->colors[pixel] = shade(lane);
+                if (!tile_->positions.empty()) {
+                    tile_->positions[pixel] = position(lane);
+                }
+            }
+            continue;
+        }
+        if (tile_->mixed[pixel] == 0) {
+            tile_->mix(pixel, samples_);
+        }
+        const std::size_t place = pixel * samples_ + packet.sample[lane];
+        tile_->sample_depths[place] = packet.depth[lane];
+        tile_->sample_orders[place] = packet.order[lane];
+        if (!mask) {
+            tile_->sample_colors[place] = shade(lane);
+        }
+    }
+}
+
+} // namespace
+
+void cast_tile(
+    const CastScene& scene,
+    const FrameWork& work,
+    const TileTask& task,
+    const Phase& phase,
+    std::span<const glm::vec2> places,
+    Workspace& workspace
+) noexcept {
+    workspace.listed.clear();
+    for (std::uint32_t i = phase.first_draw; i < phase.first_draw + phase.draw_count; ++i) {
+        if (overlaps(work.draws[i].around, task.region)) {
+            workspace.listed.push_back(i);
+        }
+    }
+    if (!workspace.listed.empty()) {
+        Caster(scene, work, task, places, workspace).run();
+    }
+}
+
+} // namespace farfield::embree

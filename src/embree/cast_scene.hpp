@@ -1,0 +1,171 @@
+#pragma once
+
+#include "embree/texture.hpp"
+#include <farfield/core/result.hpp>
+#include <farfield/gpu/frame_plan.hpp>
+#include <farfield/math/box3.hpp>
+#include <farfield/partition/hierarchy.hpp>
+#include <farfield/scene/scene.hpp>
+
+#include <glm/ext/matrix_double3x3.hpp>
+#include <glm/ext/matrix_float3x3.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <embree3/rtcore.h>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace farfield::embree {
+
+struct DeviceRelease {
+    void operator()(RTCDevice device) const noexcept { rtcReleaseDevice(device); }
+};
+struct SceneRelease {
+    void operator()(RTCScene scene) const noexcept { rtcReleaseScene(scene); }
+};
+using DeviceHandle = std::unique_ptr<RTCDeviceTy, DeviceRelease>;
+using SceneHandle = std::unique_ptr<RTCSceneTy, SceneRelease>;
+
+/// What shading needs of a vertex.
+struct VertexLook {
+    glm::vec3 normal{0.0F, 1.0F, 0.0F}; ///< unit
+    glm::u8vec4 color{255};
+};
+static_assert(sizeof(VertexLook) == 16);
+
+struct SurfaceMaterial {
+    glm::vec4 base_color{1.0F};
+    const MipTexture* texture = nullptr;
+    float alpha_cutoff = 0.0F; ///< 0: opaque
+};
+
+struct Surface;
+
+/// One Embree geometry: triangles of one material.
+struct SurfacePart {
+    const Surface* surface = nullptr;
+    std::uint32_t first_triangle = 0;
+    std::uint32_t triangle_count = 0;
+    const SurfaceMaterial* material = nullptr;
+};
+
+/// Triangles with their own hierarchy, in the frame of their mesh, relative to its origin. All
+/// instances of a mesh share one; a split item has its own, whose triangles are in the order of
+/// `Hierarchy::primitives`.
+struct Surface {
+    SceneHandle bvh;
+    std::vector<glm::vec3> positions; ///< one more than there are: Embree reads 16 bytes each
+    std::vector<VertexLook> looks;
+    std::vector<glm::vec2> texcoords; ///< empty, or as many as looks
+    std::vector<std::uint32_t> indices;
+    std::vector<SurfacePart> parts; ///< by geometry id
+    Box3f bounds;
+    /// Of a split item: boxes of runs of 16 triangles.
+    std::vector<Box3f> block_boxes;
+    static constexpr std::uint32_t kBlock = 16;
+};
+
+/// Where one placement of a surface stands, and how the light falls on it there.
+struct CastItem {
+    const Surface* surface = nullptr;
+    glm::dmat3 linear{1.0};      ///< object to world
+    glm::dmat3 inverse{1.0};     ///< world to object
+    glm::dvec3 translation{0.0}; ///< world position of the surface's origin [m]
+    glm::mat3 direction_to_object{1.0F};
+    glm::mat3 normal_to_world{1.0F}; ///< not normalised
+    /// Unit normals alone are enough where scaling is uniform: the light in object space, over that
+    /// scale. Otherwise zero.
+    glm::vec3 object_light{0.0F};
+    bool uniform = true;
+    bool split = false;
+    /// Of an instance flattened by its transform, which no ray can be taken back through: the
+    /// points of its mesh. Its surface is in the world's axes. Else empty.
+    std::vector<glm::vec3> mesh_points;
+};
+
+/// Neighbouring entries of `Hierarchy::primitives` that belong to one item.
+struct SplitRun {
+    std::uint32_t first = 0; ///< into `Hierarchy::primitives`
+    std::uint32_t count = 0;
+    ItemId item = kNone<ItemId>;
+    std::uint32_t first_triangle = 0; ///< of the item's surface
+};
+
+/// A scene ready for rays.
+class CastScene {
+  public:
+    /// @param scene one that passed `validate` @param hierarchy over it, or null
+    [[nodiscard]] static Result<std::unique_ptr<CastScene>>
+    create(const Scene& scene, const Hierarchy* hierarchy);
+
+    CastScene(const CastScene&) = delete;
+    CastScene& operator=(const CastScene&) = delete;
+    ~CastScene() = default;
+
+    [[nodiscard]] std::span<const CastItem> items() const noexcept { return items_; }
+
+    /// The run that holds a piece as a whole, or null for a piece that is none.
+    [[nodiscard]] const SplitRun* run_of(const Piece& piece) const noexcept;
+
+    [[nodiscard]] const glm::vec3& to_light() const noexcept { return to_light_; } ///< unit
+    [[nodiscard]] float ambient() const noexcept { return ambient_; }
+    [[nodiscard]] std::uint64_t bytes() const noexcept;
+
+  private:
+    CastScene() = default;
+
+    [[nodiscard]] Result<void> add_items(const Scene& scene, const Hierarchy* hierarchy);
+    [[nodiscard]] std::unique_ptr<Surface> whole_surface(const Mesh& mesh) const;
+    [[nodiscard]] std::unique_ptr<Surface>
+    split_surface(const Mesh& mesh, const Hierarchy& hierarchy, std::size_t item) const;
+    [[nodiscard]] Result<void> find_split_runs(const Scene& scene, const Hierarchy& hierarchy);
+    [[nodiscard]] Result<const Surface*>
+    build(std::unique_ptr<Surface> surface, const std::string& name);
+    [[nodiscard]] const SurfaceMaterial* material_of(MaterialId id) const noexcept;
+
+    std::atomic<std::int64_t> embree_bytes_{0}; // outlives the device, which counts in it
+    DeviceHandle device_;
+    std::vector<std::unique_ptr<MipTexture>> textures_;
+    std::vector<SurfaceMaterial> materials_; ///< the last is that of parts that name none
+    std::vector<std::unique_ptr<Surface>> surfaces_;
+    std::vector<CastItem> items_;
+    std::vector<SplitRun> split_runs_; ///< ordered by `first`
+    glm::vec3 to_light_{0.0F, 1.0F, 0.0F};
+    float ambient_ = 0.0F;
+};
+
+/// What a filter needs to know of the rays that are cast: Embree hands it the context it was given.
+struct CastContext {
+    RTCIntersectContext embree{}; ///< the first member: filters get its address
+    /// Runs of triangles that count, in order and apart; empty: all of them.
+    std::span<const SplitRun> runs;
+    /// Steps of the direction from a pixel to the next, in object space.
+    glm::vec3 direction_dx{0.0F};
+    glm::vec3 direction_dy{0.0F};
+};
+
+/// Base colour times vertex colour, without light, and how the texture looks from a ray.
+/// @param origin, direction of the ray in object space @param u, v of the hit
+/// @return texel of the part's texture [0, 255], white without one
+[[nodiscard]] glm::vec4 texel_at(
+    const SurfacePart& part,
+    std::uint32_t triangle,
+    float u,
+    float v,
+    const glm::vec3& origin,
+    const glm::vec3& direction,
+    const glm::vec3& direction_dx,
+    const glm::vec3& direction_dy
+) noexcept;
+
+/// Context filter that lets through what lies in the runs of a `CastContext`.
+void keep_listed(const RTCFilterFunctionNArguments* arguments);
+
+} // namespace farfield::embree

@@ -1,0 +1,149 @@
+#pragma once
+
+#include "embree/cast_scene.hpp"
+#include "embree/memory.hpp"
+#include <farfield/gpu/frame_plan.hpp>
+#include <farfield/image/position_picture.hpp>
+
+#include <glm/ext/matrix_float3x3.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace farfield::embree {
+
+/// A page or a scratch page. Rows go up, as those of regions do.
+struct Page {
+    std::uint32_t cache = 0;
+    PageId id = kNone<PageId>;
+    std::int32_t size = 0;
+    std::int32_t samples = 1; ///< of a scratch page
+    bool scratch = false;
+    Memory<std::uint32_t> colors; ///< RGBA, 8 bits each; a row and a texel more than there are
+    Memory<PositionTexel> positions;
+};
+
+/// A frame.
+struct Target {
+    std::int32_t width = 0; ///< [px] 0: destroyed
+    std::int32_t height = 0;
+    std::int32_t samples = 1;
+    Memory<std::uint32_t> colors; ///< of whole pixels
+    Memory<float> depths;         ///< distances along the view direction [m]; infinite: nothing
+    /// With several samples: whether those of a pixel differ, and then what they are. The samples
+    /// of a pixel lie together.
+    Memory<std::uint8_t> mixed;
+    Memory<std::uint32_t> sample_colors;
+    Memory<float> sample_depths;
+    Memory<PositionTexel> positions;
+};
+
+/// What one item, or runs of its triangles, is drawn with in one pass.
+struct Draw {
+    const CastItem* item = nullptr;
+    std::uint32_t item_index = 0;
+    std::uint32_t order = 0; ///< of its command within the pass, from 1
+    bool mask = false;       ///< writes depth alone
+    bool clipped = false;
+    glm::vec3 eye{0.0F};  ///< in object space
+    float nearest = 0.0F; ///< of all that is drawn, along the view direction [m]
+    float farthest = 0.0F;
+    Region around;               ///< [px] of the target: where it may be seen
+    Box3f clip;                  ///< relative to the eye, in the world's axes
+    std::uint32_t first_run = 0; ///< into `FrameWork::runs`
+    std::uint32_t run_count = 0; ///< 0: all triangles
+};
+
+/// An image quad as one pass sees it. With x and y [px] of the target, its own coordinates [texel]
+/// are (u.x + u.y x + u.z y) / (w.x + w.y x + w.z y), and likewise v; w is 1 over the distance
+/// along the view direction.
+struct PassQuad {
+    glm::dvec3 u{0.0};
+    glm::dvec3 v{0.0};
+    glm::dvec3 w{0.0};
+    const Page* page = nullptr;
+    Region source;
+    Region around; ///< [px] of the target: where it may be seen
+    float depth = 0.0F;
+    std::uint32_t order = 0;
+    std::uint32_t node = UINT32_MAX;
+};
+
+/// Commands that are carried out together: one cast for all of their geometry, then their quads.
+/// Of the geometry only the nearest counts, and of the quads those that come after it: the result
+/// is that of one command after the other. Only masks must come before all else.
+struct Phase {
+    std::uint32_t first_draw = 0; ///< into `FrameWork::draws`, the nearest first
+    std::uint32_t draw_count = 0;
+    std::uint32_t first_quad = 0; ///< into `FrameWork::quads`, in order
+    std::uint32_t quad_count = 0;
+};
+
+/// A pass, with all that its tiles need.
+struct PassWork {
+    const Pass* pass = nullptr;
+    Page* scratch = nullptr; ///< where it draws to, or
+    Target* target = nullptr;
+    std::int32_t samples = 1;
+    bool clear = true;
+    glm::vec4 clear_color{0.0F};
+    glm::mat3 camera_to_world{1.0F};
+    glm::vec3 direction_dx{0.0F}; ///< of a ray, from a pixel to the next; world
+    glm::vec3 direction_dy{0.0F};
+    std::uint32_t first_phase = 0; ///< into `FrameWork::phases`
+    std::uint32_t phase_count = 0;
+};
+
+/// A part of a pass that one thread draws.
+struct TileTask {
+    std::uint32_t pass = 0; ///< into `FrameWork::passes`
+    Region region;          ///< [px] of the target
+};
+
+/// All that is drawn in one batch of a plan.
+struct FrameWork {
+    std::vector<PassWork> passes;
+    std::vector<Phase> phases;
+    std::vector<Draw> draws;
+    std::vector<SplitRun> runs;
+    std::vector<PassQuad> quads;
+    std::vector<TileTask> tiles;
+
+    void clear() noexcept;
+};
+
+/// Width and height of a tile. [px]
+inline constexpr std::int32_t kTile = 32;
+
+/// Where a pass draws, before its commands are looked at.
+void add_view(PassWork& pass) noexcept;
+
+/// Adds items and pieces of a command as draws.
+void add_draws(
+    const CastScene& scene,
+    const FramePlan& plan,
+    const Pass& pass,
+    const Command& command,
+    std::uint32_t order,
+    FrameWork& work
+);
+
+/// Adds a quad, unless it cannot be seen.
+void add_quad(
+    const FramePlan& plan,
+    const Pass& pass,
+    const ImageQuad& quad,
+    const Page& page,
+    std::uint32_t order,
+    FrameWork& work
+);
+
+/// Cuts the last pass into tiles.
+void add_tiles(FrameWork& work);
+
+} // namespace farfield::embree

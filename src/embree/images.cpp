@@ -1,0 +1,259 @@
+#include "embree/blend.hpp"
+#include "embree/tile.hpp"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace farfield::embree {
+
+namespace {
+
+/// The samples of a pixel reach so far from its centre. [px]
+constexpr float kReach = 0.5F;
+
+/// Coordinates of a quad at a place of its tile. [texel]
+struct QuadPoint {
+    float u = 0.0F;
+    float v = 0.0F;
+    bool before_eye = false;
+};
+
+QuadPoint at(const TileQuad& quad, float x, float y) noexcept {
+    const float w = (quad.w + quad.w_y * y) + quad.w_x * x;
+    return {
+        ((quad.u + quad.u_y * y) + quad.u_x * x) / w,
+        ((quad.v + quad.v_y * y) + quad.v_x * x) / w,
+        w > 0.0F};
+}
+
+bool covers(const TileQuad& quad, const QuadPoint& point) noexcept {
+    return point.before_eye && point.u >= 0.0F && point.u < quad.width && point.v >= 0.0F &&
+           point.v < quad.height;
+}
+
+/// What a step of a pixel is in the quad, at a point of it. [texel/px]
+struct QuadSteps {
+    glm::vec2 dx{0.0F};
+    glm::vec2 dy{0.0F};
+};
+
+QuadSteps steps_at(const TileQuad& quad, const QuadPoint& point, float x, float y) noexcept {
+    const float w = (quad.w + quad.w_y * y) + quad.w_x * x;
+    return {
+        {(quad.u_x - point.u * quad.w_x) / w, (quad.v_x - point.v * quad.w_x) / w},
+        {(quad.u_y - point.u * quad.w_y) / w, (quad.v_y - point.v * quad.w_y) / w}};
+}
+
+TileQuad quad_in_tile(const PassQuad& quad, const Region& region) noexcept {
+    constexpr double kCenter = 0.5;
+    const double x = region.x + kCenter;
+    const double y = region.y + kCenter;
+    const auto first = [&](const glm::dvec3& of) {
+        return static_cast<float>(of.x + of.y * x + of.z * y);
+    };
+    TileQuad result;
+    result.u = first(quad.u);
+    result.u_x = static_cast<float>(quad.u.y);
+    result.u_y = static_cast<float>(quad.u.z);
+    result.v = first(quad.v);
+    result.v_x = static_cast<float>(quad.v.y);
+    result.v_y = static_cast<float>(quad.v.z);
+    result.w = first(quad.w);
+    result.w_x = static_cast<float>(quad.w.y);
+    result.w_y = static_cast<float>(quad.w.z);
+    result.width = static_cast<float>(quad.source.width);
+    result.height = static_cast<float>(quad.source.height);
+    result.texels = quad.page->colors.get();
+    result.page_size = quad.page->size;
+    result.first_u = quad.source.x;
+    result.first_v = quad.source.y;
+    result.depth = quad.depth;
+    result.order = quad.order;
+    const Region& around = quad.around;
+    result.left = std::max(around.x - region.x, 0);
+    result.right = std::min(around.x + around.width - region.x, region.width);
+    result.bottom = std::max(around.y - region.y, 0);
+    result.top = std::min(around.y + around.height - region.y, region.height);
+    return result;
+}
+
+/// Widens the rim of a quad, within which a pixel's samples may be inside and outside, until it
+/// holds for all pixels of the tile: a pixel's step is largest at a corner.
+void find_rim(TileQuad& quad) noexcept {
+    // The step changes by this much within half a pixel, and by rounding.
+    constexpr float kSlack = 1.05F;
+    for (const std::int32_t row : {quad.bottom, quad.top}) {
+        for (const std::int32_t column : {quad.left, quad.right}) {
+            const auto x = static_cast<float>(column);
+            const auto y = static_cast<float>(row);
+            const QuadPoint point = at(quad, x, y);
+            if (!point.before_eye) {
+                // Where the quad passes the eye no rim is wide enough: all pixels count as its rim.
+                quad.rim_u = quad.width;
+                return;
+            }
+            const QuadSteps steps = steps_at(quad, point, x, y);
+            const float rim_u = kReach * (std::abs(steps.dx.x) + std::abs(steps.dy.x)) * kSlack;
+            const float rim_v = kReach * (std::abs(steps.dx.y) + std::abs(steps.dy.y)) * kSlack;
+            quad.rim_u = std::max(quad.rim_u, rim_u);
+            quad.rim_v = std::max(quad.rim_v, rim_v);
+        }
+    }
+}
+
+/// Blends the quad over pixels whose samples differ, or on its rim.
+void blend_samples(
+    const TileQuad& quad, std::span<const glm::vec2> places, TileBuffer& tile
+) noexcept {
+    const std::size_t samples = places.size();
+    for (std::int32_t row = quad.bottom; row < quad.top; ++row) {
+        for (std::int32_t column = quad.left; column < quad.right; ++column) {
+            const auto pixel = static_cast<std::size_t>(row * kTile + column);
+            const auto x = static_cast<float>(column);
+            const auto y = static_cast<float>(row);
+            QuadPoint center = at(quad, x, y);
+            const bool inside = center.before_eye && center.u >= quad.rim_u &&
+                                center.u < quad.width - quad.rim_u && center.v >= quad.rim_v &&
+                                center.v < quad.height - quad.rim_v;
+            const bool is_mixed = tile.mixed[pixel] != 0;
+            if (!center.before_eye || (inside && !is_mixed)) {
+                continue; // not seen, or done with the whole pixels
+            }
+            // Filtered at the centre, or at the end of the quad that is nearest to it.
+            center.u = std::clamp(center.u, 0.0F, quad.width);
+            center.v = std::clamp(center.v, 0.0F, quad.height);
+            const Color16 color = filtered(quad, texel_place(quad, center.u, center.v));
+            if (color == Color16{}) {
+                continue;
+            }
+            if (!is_mixed) {
+                if (!(quad.depth <= tile.depths[pixel] && quad.order > tile.orders[pixel])) {
+                    continue;
+                }
+                tile.mix(pixel, samples);
+            }
+            const std::size_t first = pixel * samples;
+            for (std::size_t sample = 0; sample < samples; ++sample) {
+                const bool seen = quad.depth <= tile.sample_depths[first + sample] &&
+                                  quad.order > tile.sample_orders[first + sample];
+                const auto covered = [&] {
+                    const glm::vec2 place = places[sample] - kReach;
+                    return covers(quad, at(quad, x + place.x, y + place.y));
+                };
+                if (seen && (inside || covered())) {
+                    blend(color, tile.sample_colors[first + sample]);
+                }
+            }
+        }
+    }
+}
+
+/// Writes the points of a quad's image where it owns pixels.
+void show_positions(const PassQuad& shown, const TileQuad& quad, TileBuffer& tile) noexcept {
+    constexpr std::uint32_t kHalf = 0xFF00 / 2;
+    const PositionTexel* points = shown.page->positions.get();
+    const std::int32_t last = quad.page_size - 1;
+    for (std::int32_t row = quad.bottom; row < quad.top; ++row) {
+        for (std::int32_t column = quad.left; column < quad.right; ++column) {
+            const auto pixel = static_cast<std::size_t>(row * kTile + column);
+            const auto x = static_cast<float>(column);
+            const auto y = static_cast<float>(row);
+            const QuadPoint center = at(quad, x, y);
+            if (!covers(quad, center) || !(quad.depth <= tile.depths[pixel]) ||
+                !(quad.order > tile.orders[pixel])) {
+                continue;
+            }
+            if (filtered(quad, texel_place(quad, center.u, center.v))[3] < kHalf) {
+                continue;
+            }
+            const glm::vec2 here(
+                center.u + static_cast<float>(quad.first_u),
+                center.v + static_cast<float>(quad.first_v)
+            );
+            const glm::vec2 corner = here - 0.5F;
+            const glm::vec2 floor(std::floor(corner.x), std::floor(corner.y));
+            const glm::vec2 share = corner - floor;
+            // The nearest of the texels that are filtered, or the one of most weight that shows
+            // something.
+            const PositionTexel* found = nullptr;
+            glm::vec2 found_center(0.0F);
+            float most = -1.0F;
+            for (int i = 0; i < 4; ++i) {
+                const glm::ivec2 step(i & 1, i >> 1);
+                const glm::ivec2 texel =
+                    glm::clamp(glm::ivec2(floor) + step, glm::ivec2(0), glm::ivec2(last));
+                const PositionTexel& candidate =
+                    points[static_cast<std::ptrdiff_t>(texel.y) * quad.page_size + texel.x];
+                const bool nearest =
+                    (step.x == 1) == (share.x >= 0.5F) && (step.y == 1) == (share.y >= 0.5F);
+                const float weight = nearest ? 2.0F
+                                             : (step.x == 1 ? share.x : 1.0F - share.x) *
+                                                   (step.y == 1 ? share.y : 1.0F - share.y);
+                if (candidate.item != kNone<ItemId> && weight > most) {
+                    most = weight;
+                    found = &candidate;
+                    found_center = glm::vec2(texel) + 0.5F;
+                }
+            }
+            if (found == nullptr) {
+                continue;
+            }
+            // Pixels per texel: the inverse of texels per pixel.
+            const QuadSteps steps = steps_at(quad, center, x, y);
+            const float area = steps.dx.x * steps.dy.y - steps.dx.y * steps.dy.x;
+            const glm::vec2 u = glm::vec2(steps.dy.y, -steps.dx.y) / area;
+            const glm::vec2 v = glm::vec2(-steps.dy.x, steps.dx.x) / area;
+            const float half_diagonal = 0.5F * std::max(glm::length(u + v), glm::length(u - v));
+            const glm::vec2 moved = found_center - here;
+            const float distance = glm::length(u * moved.x + v * moved.y);
+            // Errors of the image's own sampling are seen enlarged by the largest singular value at
+            // most.
+            const float squares = glm::dot(u, u) + glm::dot(v, v);
+            const float product = u.x * v.y - u.y * v.x;
+            const float scale = std::sqrt(
+                0.5F *
+                (squares + std::sqrt(std::max(squares * squares - 4.0F * product * product, 0.0F)))
+            );
+            PositionTexel& texel = tile.positions[pixel];
+            texel = *found;
+            constexpr float kSqrtHalf = 0.70710678F;
+            texel.texel_px =
+                std::max(half_diagonal, distance) / kSqrtHalf + found->texel_px * scale;
+            texel.node = shown.node;
+        }
+    }
+}
+
+} // namespace
+
+void blend_tile(
+    const FrameWork& work,
+    const TileTask& task,
+    const Phase& phase,
+    std::span<const glm::vec2> places,
+    TileBuffer& tile
+) noexcept {
+    const BlendQuad blend_quad = fastest_blend_quad();
+    for (std::uint32_t i = phase.first_quad; i < phase.first_quad + phase.quad_count; ++i) {
+        const PassQuad& shown = work.quads[i];
+        if (!overlaps(shown.around, task.region)) {
+            continue;
+        }
+        TileQuad quad = quad_in_tile(shown, task.region);
+        if (places.size() > 1) {
+            find_rim(quad);
+        }
+        blend_quad(quad, tile);
+        if (places.size() > 1) {
+            blend_samples(quad, places, tile);
+        }
+        if (!tile.positions.empty()) {
+            show_positions(shown, quad, tile);
+        }
+    }
+}
+
+} // namespace farfield::embree
