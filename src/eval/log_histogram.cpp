@@ -17,9 +17,10 @@ std::size_t bin_of(double value) noexcept {
     }
     int exponent = 0;
     const double half_to_one = std::frexp(value, &exponent); // value is this times 2^exponent
-    const int octave = exponent - 1 - LogHistogram::kFirstExponent;
-    const int within = static_cast<int>((2.0 * half_to_one - 1.0) * LogHistogram::kBinsPerOctave);
-    return static_cast<std::size_t>(1 + octave * LogHistogram::kBinsPerOctave + within);
+    constexpr std::size_t kPerOctave = LogHistogram::kBinsPerOctave;
+    const auto octave = static_cast<std::size_t>(exponent - 1 - LogHistogram::kFirstExponent);
+    const auto within = static_cast<std::size_t>((2.0 * half_to_one - 1.0) * kPerOctave);
+    return 1 + octave * kPerOctave + within;
 }
 
 } // namespace

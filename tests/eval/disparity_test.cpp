@@ -1,3 +1,4 @@
+#include "pictures.hpp"
 #include "support/random.hpp"
 #include <farfield/eval/disparity.hpp>
 
@@ -24,6 +25,7 @@ using farfield::PositionPicture;
 using farfield::PositionTexel;
 using farfield::Result;
 using farfield::View;
+using farfield::test::pixel_at;
 using glm::dmat4x3;
 using glm::dvec2;
 using glm::dvec3;
@@ -32,6 +34,7 @@ namespace eval = farfield::eval;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kFocalPx = 100.0;
 constexpr int kSize = 200;
+constexpr std::size_t kPixels = std::size_t{kSize} * kSize;
 
 // Positions and tangents are of the order of 10 and 1 and rounded a few times in double.
 constexpr double kRounding = 1e-11;
@@ -59,7 +62,7 @@ dvec3 direction(const View& view, double x, double y) {
 class Shown {
   public:
     explicit Shown(const View& view) : view_(view), picture_{view.width, view.height, {}} {
-        picture_.texels.resize(static_cast<std::size_t>(view.width * view.height));
+        picture_.texels.resize(pixel_at(view.width, 0, view.height));
     }
 
     PositionTexel& show(int x, int y, const dvec3& world, std::uint32_t node, float texel_px) {
@@ -74,7 +77,7 @@ class Shown {
     }
 
     PositionTexel& texel_at(int x, int y) {
-        return picture_.texels[static_cast<std::size_t>(y * picture_.width + x)];
+        return picture_.texels[pixel_at(picture_.width, x, y)];
     }
 
     /// Shows a point that belongs (dx, dy) pixels from the middle of the pixel, y down.
@@ -98,7 +101,7 @@ class Shown {
 };
 
 float at(const FrameDisparity& disparity, int x, int y) {
-    return disparity.map.values[static_cast<std::size_t>(y * disparity.map.width + x)];
+    return farfield::test::at(disparity.map, x, y);
 }
 
 auto near(double value, double margin) {
@@ -109,7 +112,7 @@ auto near(double value, double margin) {
 
 TEST_CASE("disparity is measured on a picture of the view alone", "[disparity]") {
     const View view = square_view(dvec3(0.0));
-    PositionPicture good{kSize, kSize, std::vector<PositionTexel>(kSize * kSize)};
+    PositionPicture good{kSize, kSize, std::vector<PositionTexel>(kPixels)};
     CHECK(eval::measure_disparity(good, view, {}, 2.0));
     CHECK_FALSE(eval::measure_disparity(PositionPicture{}, View{}, {}, 2.0));
     CHECK_FALSE(eval::measure_disparity(good, View{}, {}, 2.0));
@@ -150,7 +153,7 @@ TEST_CASE("geometry is told apart and promises nothing", "[disparity]") {
         }
     }
     const FrameDisparity exact = shown.measured(2.0);
-    CHECK(exact.geometry_pixels == kSize * kSize);
+    CHECK(exact.geometry_pixels == kPixels);
     CHECK(exact.image_pixels == 0);
     REQUIRE(exact.geometry_max_px.has_value());
     CHECK(*exact.geometry_max_px <= kRounding);
@@ -275,8 +278,8 @@ TEST_CASE("points are brought into the world by the frame of their item", "[disp
     CHECK(frames[0] == dmat4x3(1.0));
     CHECK(frames[1][3] == dvec3(0.5, 0.5, -10.0));
 
-    PositionPicture picture{kSize, kSize, std::vector<PositionTexel>(kSize * kSize)};
-    PositionTexel& texel = picture.texels[static_cast<std::size_t>(95 * kSize + 105)];
+    PositionPicture picture{kSize, kSize, std::vector<PositionTexel>(kPixels)};
+    PositionTexel& texel = picture.texels[pixel_at(kSize, 105, 95)];
     texel.item = ItemId{1};
     texel.node = 3;
     // World (0.75, 1, -10.5): pixel (100 + 100 * 0.75 / 10.5, 100 - 100 / 10.5).

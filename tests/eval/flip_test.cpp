@@ -16,6 +16,7 @@ namespace {
 using farfield::FlipOptions;
 using farfield::Picture;
 using farfield::PixelMap;
+using farfield::test::at;
 using farfield::test::channel;
 using farfield::test::filled;
 using farfield::test::noise;
@@ -133,7 +134,7 @@ struct Kernel {
     }
 
     template <typename Value>
-    double apply(const Value& value) const {
+    [[nodiscard]] double apply(const Value& value) const {
         double sum = 0.0;
         std::size_t i = 0;
         for (int y = -radius; y <= radius; ++y) {
@@ -230,7 +231,7 @@ void check_against_definition(const Picture& a, const Picture& b, double pixels_
         for (int x = 0; x < a.width; ++x) {
             CAPTURE(x, y, pixels_per_degree);
             const double expected = definition.error(a, b, x, y);
-            const float value = map->values[static_cast<std::size_t>(y * a.width + x)];
+            const float value = at(*map, x, y);
             CHECK(value == Approx(expected).epsilon(0.0).margin(kRounding));
             sum += expected;
         }
@@ -335,7 +336,7 @@ TEST_CASE("FLIP of a spot ends where its filters end", "[flip]") {
     for (int y = 0; y < 41; ++y) {
         for (int x = 0; x < 41; ++x) {
             CAPTURE(x, y);
-            const float value = map->values[static_cast<std::size_t>(y * 41 + x)];
+            const float value = at(*map, x, y);
             const bool near = std::max(std::abs(x - 20), std::abs(y - 20)) <= 10;
             CHECK((value > 0.0F) == near);
         }

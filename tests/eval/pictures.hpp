@@ -1,6 +1,7 @@
 #pragma once
 
 #include "support/random.hpp"
+#include <farfield/eval/pixel_map.hpp>
 #include <farfield/image/picture.hpp>
 
 #include <cstddef>
@@ -9,9 +10,19 @@
 /// Pictures that tests of image errors share.
 namespace farfield::test {
 
+/// Place of a pixel in an array of rows from the top.
+inline std::size_t pixel_at(int width, int x, int y) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(x);
+}
+
+inline float at(const PixelMap& map, int x, int y) {
+    return map.values[pixel_at(map.width, x, y)];
+}
+
 inline Picture filled(int width, int height, std::uint8_t r, std::uint8_t g, std::uint8_t b) {
     Picture picture{width, height, {}};
-    picture.rgba.resize(static_cast<std::size_t>(width * height * 4), 255);
+    picture.rgba.resize(4 * pixel_at(width, 0, height), 255);
     for (std::size_t i = 0; i < picture.rgba.size(); i += 4) {
         picture.rgba[i] = r;
         picture.rgba[i + 1] = g;
@@ -21,11 +32,11 @@ inline Picture filled(int width, int height, std::uint8_t r, std::uint8_t g, std
 }
 
 inline std::uint8_t& channel(Picture& picture, int x, int y, int index) {
-    return picture.rgba[static_cast<std::size_t>((y * picture.width + x) * 4 + index)];
+    return picture.rgba[4 * pixel_at(picture.width, x, y) + static_cast<std::size_t>(index)];
 }
 
 inline std::uint8_t channel(const Picture& picture, int x, int y, int index) {
-    return picture.rgba[static_cast<std::size_t>((y * picture.width + x) * 4 + index)];
+    return picture.rgba[4 * pixel_at(picture.width, x, y) + static_cast<std::size_t>(index)];
 }
 
 /// Every channel of every pixel on its own, alpha too.

@@ -14,6 +14,7 @@ namespace {
 
 using farfield::Picture;
 using farfield::PixelMap;
+using farfield::test::at;
 using farfield::test::channel;
 using farfield::test::filled;
 using farfield::test::noise;
@@ -26,10 +27,6 @@ constexpr double kC2 = 58.5225;
 // The index is computed in double to 1e-11 and stored as float, whose neighbours below 1 are 6e-8
 // apart.
 constexpr double kRounding = 1e-7;
-
-float at(const PixelMap& map, int x, int y) {
-    return map.values[static_cast<std::size_t>(y * map.width + x)];
-}
 
 /// The definition, word for word: weighted means first, then weighted squares of what is left.
 double index_at(const Picture& a, const Picture& b, int x, int y) {
