@@ -22,8 +22,10 @@
 #include <farfield/math/plane.hpp>
 #include <farfield/math/view.hpp>
 #include <farfield/metric/angular_discrepancy.hpp>
+#include <farfield/metric/angular_discrepancy_batch.hpp>
 #include <farfield/metric/angular_discrepancy_bound.hpp>
 #include <farfield/metric/image_plane.hpp>
+#include <farfield/metric/instruction_set.hpp>
 #include <farfield/metric/outcome.hpp>
 #include <farfield/metric/pixel_angle.hpp>
 #include <farfield/metric/safety_zone.hpp>

@@ -10,7 +10,6 @@
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -65,33 +64,6 @@ template <typename T>
     return {across, along_depth + along_motion};
 }
 
-/// The largest of the angles at the eight corners.
-template <typename T>
-[[nodiscard]] T corner_angle(const BoxTerms<T>& terms) noexcept {
-    constexpr int kMax = kMaxExponent<T>;
-    const T depth_unit = power_of_two<T>(-std::clamp(terms.exponent, 0, kMax));
-    const T motion_unit = power_of_two<T>(std::clamp(terms.exponent, -kMax, 0));
-    AngleParts<T> worst{T(0), T(1)};
-    for (unsigned index = 0; index < 8; ++index) {
-        const glm::vec<3, T> u = corner(Box3<T>{terms.u_lo, terms.u_hi}, index);
-        const glm::vec<3, T> e_terms = corner(Box3<T>{terms.e_lo, terms.e_hi}, index);
-        const T e = e_terms.x + e_terms.y + e_terms.z;
-        const AngleParts<T> parts{
-            std::abs(e) * glm::length(glm::cross(u, terms.m)) * motion_unit,
-            terms.depth * depth_unit * glm::dot(u, u) + e * motion_unit * glm::dot(u, terms.m)};
-        // Angles in [0, pi] are compared by a product instead of eight arc tangents. The opposite
-        // direction is parallel to 0, so it needs a word of its own.
-        const bool opposite = parts.across == T(0) && parts.along <= T(0);
-        if (opposite) {
-            return std::numbers::pi_v<T>;
-        }
-        if (parts.across * worst.along > worst.across * parts.along) {
-            worst = parts;
-        }
-    }
-    return angle(worst);
-}
-
 } // namespace detail
 
 /// Angle at `viewer` between a point and its image; exact, for this one point.
@@ -143,8 +115,8 @@ template <typename T>
 [[nodiscard]] T corner_discrepancy_unchecked(
     const ImagePlane<T>& image, const Box3<T>& box, const glm::vec<3, T>& viewer
 ) noexcept {
-    const auto terms = detail::box_terms(image, box, viewer);
-    return terms.hidden ? std::numbers::pi_v<T> : detail::corner_angle(terms);
+    const auto terms = detail::image_terms(image, box, viewer);
+    return detail::corner_angle(terms, detail::box_terms(terms, box));
 }
 
 /// The same with all input judged.
