@@ -227,6 +227,21 @@ TEST_CASE("a scene far from the origin is measured as one near it", "[disparity]
     CHECK(disparity.nodes.back().disparity_px == near(expected, margin));
 }
 
+TEST_CASE("the eye is taken away before digits are lost", "[disparity]") {
+    // Doubles near 1e12 are 1.2e-4 apart. Eye and item are on them; the point in the item is not.
+    const View view = square_view(dvec3(1e12, -3e12, 2e12));
+    Shown shown(view);
+    PositionTexel& texel = shown.show(100, 99, view.eye + dvec3(0.0, 0.0, -8.0), 1, 0.0F);
+    texel.point = glm::vec3(0.3F, 0.7F, 0.0F);
+    const dvec2 belongs(100.0 + 100.0 / 8.0 * double{0.3F}, 100.0 - 100.0 / 8.0 * double{0.7F});
+    const FrameDisparity disparity = shown.measured(2.0);
+    REQUIRE(disparity.nodes.size() == 1);
+    CHECK(
+        disparity.nodes[0].disparity_px ==
+        near(glm::distance(belongs, dvec2(100.5, 99.5)), kRounding)
+    );
+}
+
 TEST_CASE("any view brings points back to their pixels", "[disparity]") {
     farfield::support::Random random(30);
     for (int round = 0; round < 50; ++round) {
@@ -338,6 +353,13 @@ TEST_CASE("the promise pays for the error and for sampling", "[disparity]") {
     CHECK(disparity.nodes[1].over_bound == 1);
     CHECK(disparity.nodes[1].x == 10);
     CHECK(disparity.nodes[1].less_sampling_px() == near(2.40 - 0.355, kRounding));
+
+    // A promise is kept up to its very end.
+    Shown one(view);
+    one.show_off(20, 30, 1.0, 1.0);
+    const double exact = one.measured(2.0).nodes[0].disparity_px;
+    CHECK(one.measured(exact).over_bound == 0U);
+    CHECK(one.measured(std::nextafter(exact, 0.0)).over_bound == 1U);
 
     // Without a promise nothing is over it, and disparity is the same.
     const FrameDisparity free = shown.measured(std::nullopt);
