@@ -232,8 +232,16 @@ float error_in_world(double error_m, const Instance& instance) {
 Result<std::vector<std::vector<MeshLevel>>>
 make_scene_levels(const Scene& scene, const SceneLevelOptions& options) {
     std::vector<std::uint32_t> uses(scene.meshes.size(), 0);
-    for (const Instance& instance : scene.instances) {
-        ++uses[index_of(instance.mesh)];
+    const std::size_t items = options.items.value_or(scene.instances.size());
+    if (items > scene.instances.size()) {
+        return fail(
+            ErrorCode::invalid_argument,
+            "levels of detail: items is " + std::to_string(items) + ", the scene has " +
+                std::to_string(scene.instances.size()) + " instances"
+        );
+    }
+    for (std::size_t i = 0; i < items; ++i) {
+        ++uses[index_of(scene.instances[i].mesh)];
     }
     std::vector<std::vector<MeshLevel>> levels(scene.meshes.size());
     std::uint64_t instances = scene.instances.size();
@@ -361,7 +369,7 @@ Result<LodTable> add_levels_of_detail(Scene& scene, const SceneLevelOptions& opt
         }
     }
     LodTable table;
-    const std::size_t items = scene.instances.size();
+    const std::size_t items = options.items.value_or(scene.instances.size());
     for (std::size_t i = 0; i < items; ++i) {
         const std::size_t mesh = index_of(scene.instances[i].mesh);
         const std::vector<MeshLevel>& of_mesh = (*levels)[mesh];

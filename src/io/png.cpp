@@ -194,13 +194,12 @@ Result<Picture> read_png(const std::filesystem::path& path) {
     return decode_png(*bytes, path.string(), kMaxPictureSide);
 }
 
-Result<void> write_png(const std::filesystem::path& path, const Picture& picture) {
-    const std::string name = path.string();
+Result<std::vector<std::uint8_t>> encode_png(const Picture& picture) {
     if (picture.width < 1 || picture.height < 1 || picture.width > kMaxPictureSide ||
         picture.height > kMaxPictureSide) {
         return fail(
             ErrorCode::invalid_argument,
-            name + ": a picture of " + std::to_string(picture.width) + " x " +
+            "a picture of " + std::to_string(picture.width) + " x " +
                 std::to_string(picture.height) + " pixels"
         );
     }
@@ -209,7 +208,7 @@ Result<void> write_png(const std::filesystem::path& path, const Picture& picture
     if (picture.rgba.size() != 4U * pixels) {
         return fail(
             ErrorCode::invalid_argument,
-            name + ": a picture of " + std::to_string(picture.rgba.size()) + " bytes instead of " +
+            "a picture of " + std::to_string(picture.rgba.size()) + " bytes instead of " +
                 std::to_string(4U * pixels)
         );
     }
@@ -231,12 +230,21 @@ Result<void> write_png(const std::filesystem::path& path, const Picture& picture
     image.height = static_cast<png_uint_32>(picture.height);
     image.format = opaque ? PNG_FORMAT_RGB : PNG_FORMAT_RGBA;
     png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
-    std::string bytes(size, '\0');
+    std::vector<std::uint8_t> bytes(size);
     const void* const rows = opaque ? rgb.data() : picture.rgba.data();
     if (png_image_write_to_memory(&image, bytes.data(), &size, 0, rows, 0, nullptr) == 0) {
-        return fail(ErrorCode::device, name + " cannot be encoded: " + image.message);
+        return fail(ErrorCode::device, std::string("cannot be encoded: ") + image.message);
     }
-    return write_file(path, std::string_view(bytes).substr(0, size));
+    bytes.resize(size);
+    return bytes;
+}
+
+Result<void> write_png(const std::filesystem::path& path, const Picture& picture) {
+    const auto bytes = encode_png(picture);
+    if (!bytes) {
+        return fail(bytes.error().code, path.string() + ": " + bytes.error().message);
+    }
+    return write_file(path, {reinterpret_cast<const char*>(bytes->data()), bytes->size()});
 }
 
 } // namespace farfield::io

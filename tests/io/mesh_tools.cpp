@@ -569,6 +569,28 @@ TEST_CASE("add_levels_of_detail: an empty scene, meshes that get no levels") {
     CHECK(table->items[3].level_count == 0);
 }
 
+TEST_CASE("add_levels_of_detail twice: levels get no levels of their own") {
+    Scene scene;
+    scene.meshes = {make_ball(1.0F, 16, 32)};
+    scene.instances = {{MeshId{0}}, {MeshId{0}}};
+    const auto first = io::add_levels_of_detail(scene);
+    REQUIRE(first.has_value());
+    const std::size_t with_first = scene.instances.size();
+    io::SceneLevelOptions options;
+    options.levels.method = io::Simplification::cluster;
+    options.items = 2;
+    const auto second = io::add_levels_of_detail(scene, options);
+    REQUIRE(second.has_value());
+    REQUIRE(second->items.size() == 2);
+    REQUIRE_FALSE(second->levels.empty());
+    CHECK(index_of(second->levels[0].item) == with_first);
+    CHECK(scene.instances.size() == with_first + second->levels.size());
+    options.items = scene.instances.size() + 1;
+    const auto refused = io::add_levels_of_detail(scene, options);
+    REQUIRE_FALSE(refused.has_value());
+    CHECK(refused.error().code == ErrorCode::invalid_argument);
+}
+
 TEST_CASE("add_levels_of_detail scales errors by the largest that an instance stretches") {
     support::Random random(9);
     Scene scene;

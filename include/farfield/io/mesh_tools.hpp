@@ -4,7 +4,9 @@
 #include <farfield/scene/scene.hpp>
 #include <farfield/technique/mesh_lod.hpp>
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace farfield::io {
@@ -87,6 +89,9 @@ struct SceneLevelOptions {
     LevelOptions levels{};
     std::uint64_t min_triangles = 256; ///< smaller meshes get none
     std::uint32_t min_instances = 1;   ///< meshes used less often get none, to save memory and time
+    /// Only the first so many instances get levels: those that are there beside other levels, made
+    /// before. None: all.
+    std::optional<std::size_t> items = std::nullopt;
 };
 
 /// Adds levels of detail to a scene: for every level a mesh, and for every instance and level of

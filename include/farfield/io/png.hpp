@@ -3,7 +3,9 @@
 #include <farfield/core/result.hpp>
 #include <farfield/image/picture.hpp>
 
+#include <cstdint>
 #include <filesystem>
+#include <vector>
 
 namespace farfield::io {
 
@@ -16,10 +18,13 @@ inline constexpr int kMaxPictureSide = 16384;
 /// before anything is allocated.
 [[nodiscard]] Result<Picture> read_png(const std::filesystem::path& path);
 
-/// Writes RGB when every alpha is 255, RGBA otherwise. The file appears under its name whole or not
-/// at all: it is written beside it and renamed.
-/// @return `invalid_argument` for an array that does not fit the size, `device` when the file
-/// system fails
+/// The bytes of a PNG file: RGB when every alpha is 255, RGBA otherwise.
+/// @return `invalid_argument` for an array that does not fit the size
+[[nodiscard]] Result<std::vector<std::uint8_t>> encode_png(const Picture& picture);
+
+/// Writes `encode_png`. The file appears under its name whole or not at all: it is written beside
+/// it and renamed.
+/// @return errors as `encode_png`, `device` when the file system fails
 [[nodiscard]] Result<void> write_png(const std::filesystem::path& path, const Picture& picture);
 
 } // namespace farfield::io
