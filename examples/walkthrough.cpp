@@ -1,36 +1,25 @@
 // Walks through a scene with one technique, and reports speed and error. All that measures is in
 // farfield::eval; this program turns options into a run.
-#include "scenes/scene_catalog.hpp"
+#include "run/backends.hpp"
+#include "run/technique.hpp"
+#include "run/world.hpp"
 #include <farfield/eval/camera_path.hpp>
-#include <farfield/eval/cost_model_file.hpp>
+#include <farfield/eval/heat_map.hpp>
 #include <farfield/eval/image_errors.hpp>
 #include <farfield/eval/overlay.hpp>
 #include <farfield/eval/run_report.hpp>
 #include <farfield/eval/walk.hpp>
-#include <farfield/gpu/calibrate.hpp>
-#include <farfield/gpu/null/null_backend.hpp>
 #include <farfield/io/png.hpp>
-#include <farfield/io/scene_file.hpp>
-#include <farfield/opengl/context.hpp>
-#include <farfield/opengl/opengl_backend.hpp>
-#include <farfield/opengl/scene_source.hpp>
-#include <farfield/partition/bsp.hpp>
-#include <farfield/technique/image_cache.hpp>
 
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <malloc.h>
 #include <map>
-#include <memory>
-#include <numbers>
 #include <optional>
-#include <span>
 #include <string>
 #include <unistd.h>
 #include <utility>
@@ -39,173 +28,19 @@
 namespace {
 
 using namespace farfield;
+using farfield::run::World;
 
 struct Options {
-    std::string scene = "island";
-    std::map<std::string, double, std::less<>> scene_values;
-    std::string technique = "image-cache";
-    std::string preset = "shade1996";
-    std::string backend = "opengl";
-    std::string cost_model;
-    ImageCacheOptions cache;
-    std::uint64_t budget_mib = 64;
-    std::string size;
-    std::optional<double> fov_deg;
-    std::string path;
-    std::optional<double> step_m;
-    std::string up;
-    std::optional<int> frames;
-    std::optional<int> whole_path;
+    run::WorldOptions world;
+    run::RunOptions run;
     WalkOptions walk;
-    partition::BspOptions bsp;
-    std::optional<std::uint32_t> max_items;
+    int truth_samples = 0; ///< 0: no truth
+    bool measure = false;
     std::string json;
     std::string frames_csv;
     std::string out;
     bool overlay = false;
 };
-
-/// What is walked through, from the catalogue or from a file.
-struct World {
-    Scene scene;
-    CameraPath path;
-    double fov_deg = 60.0;
-    int width = 640;
-    int height = 480;
-    std::uint32_t max_items = partition::BspOptions{}.max_items;
-};
-
-double milliseconds_since(std::chrono::steady_clock::time_point begin) {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
-        .count();
-}
-
-Result<World> load_world(const Options& options) {
-    World world;
-    const auto catalog = scenes::scene_catalog();
-    const bool known = std::any_of(catalog.begin(), catalog.end(), [&](const auto& entry) {
-        return entry.name == options.scene;
-    });
-    if (known) {
-        auto made = scenes::make_scene(options.scene, options.scene_values);
-        if (!made) {
-            return tl::unexpected(made.error());
-        }
-        world.scene = std::move(made->scene);
-        world.path = std::move(made->path);
-        world.fov_deg = made->fov_deg;
-        world.width = made->width;
-        world.height = made->height;
-        world.max_items = made->max_items;
-    } else {
-        io::LoadOptions load;
-        load.up = options.up == "z" ? io::UpAxis::z : io::UpAxis::y;
-        auto loaded = io::load_scene(options.scene, load);
-        if (!loaded) {
-            return tl::unexpected(loaded.error());
-        }
-        for (const std::string& warning : loaded->warnings) {
-            std::fprintf(stderr, "warning: %s\n", warning.c_str());
-        }
-        world.scene = std::move(loaded->scene);
-    }
-    if (!options.path.empty()) {
-        auto path = eval::load_camera_path(options.path);
-        if (!path) {
-            return tl::unexpected(path.error());
-        }
-        world.path = std::move(*path);
-    } else if (!known) {
-        const Box3d box = scene_bounds(world.scene);
-        const bool height_field = std::filesystem::path(options.scene).extension() == ".png";
-        auto path = height_field ? eval::height_field_path(box)
-                                 : eval::default_path(
-                                       box,
-                                       {.frames = std::max(options.frames.value_or(1200), 2),
-                                        .step_m = options.step_m,
-                                        .up = world.scene.up}
-                                   );
-        if (!path) {
-            return tl::unexpected(path.error());
-        }
-        world.path = std::move(*path);
-    }
-    if (options.fov_deg) {
-        if (!(*options.fov_deg > 0.0 && *options.fov_deg < 180.0)) {
-            return fail(
-                ErrorCode::invalid_argument,
-                "--fov-deg is " + std::to_string(*options.fov_deg) +
-                    ", expected more than 0 and less than 180 degrees"
-            );
-        }
-        world.fov_deg = *options.fov_deg;
-    }
-    if (!options.size.empty()) {
-        int width = 0;
-        int height = 0;
-        int read = 0;
-        if (std::sscanf(options.size.c_str(), "%dx%d%n", &width, &height, &read) != 2 ||
-            static_cast<std::size_t>(read) != options.size.size()) {
-            return fail(
-                ErrorCode::invalid_argument,
-                "--size is '" + options.size + "', expected WIDTHxHEIGHT, as 640x480"
-            );
-        }
-        if (width < 1 || height < 1) {
-            return fail(
-                ErrorCode::invalid_argument,
-                "--size is '" + options.size + "', expected at least 1x1 pixels"
-            );
-        }
-        world.width = width;
-        world.height = height;
-    }
-    return world;
-}
-
-View make_view(const World& world, const CameraPose& pose, double scene_radius) {
-    // Reverse-z in float keeps its precision over any range; the near plane only has to stay off
-    // what the eye may touch.
-    const double near_distance = scene_radius * 1e-4;
-    const double far_distance = scene_radius * 16.0;
-    const Lens lens = perspective_lens(
-        world.fov_deg * std::numbers::pi / 180.0,
-        static_cast<double>(world.width) / static_cast<double>(world.height),
-        near_distance,
-        far_distance
-    );
-    return look_at(pose.eye, pose.target, pose.up, lens, world.width, world.height);
-}
-
-Result<Hierarchy> build_hierarchy(const Scene& scene, partition::BspOptions options) {
-    options.up = scene.up;
-    std::vector<Object> objects;
-    objects.reserve(scene.instances.size());
-    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-        const Mesh& mesh = scene.meshes[index_of(scene.instances[i].mesh)];
-        objects.push_back(
-            {.bounds = item_bounds(scene, make_id<ItemId>(i)),
-             .primitives = primitive_count(mesh),
-             .splittable = mesh.splittable}
-        );
-    }
-    return partition::build_bsp(
-        objects,
-        options,
-        [&](std::uint32_t object, std::uint32_t primitive) {
-            const Instance& instance = scene.instances[object];
-            const Mesh& mesh = scene.meshes[index_of(instance.mesh)];
-            Box3d box;
-            for (std::size_t k = 0; k < 3; ++k) {
-                const glm::vec3& p = mesh.positions[mesh.indices[std::size_t{primitive} * 3 + k]];
-                box = unite(
-                    box, instance.object_to_world * glm::dvec4(mesh.origin + glm::dvec3(p), 1.0)
-                );
-            }
-            return box;
-        }
-    );
-}
 
 std::string frame_file(const std::string& out, const char* kind, int frame) {
     char name[64];
@@ -216,20 +51,16 @@ std::string frame_file(const std::string& out, const char* kind, int frame) {
 /// The map of what each node did, on the frames whose pictures are written.
 Result<void> write_overlay(
     const Options& options,
-    const Hierarchy& hierarchy,
     const ImageCache& cache,
-    const CameraPath& path,
+    const World& world,
     int frame,
     const View& view,
     const FramePlan& plan
 ) {
-    if (frame % options.walk.picture_every != 0) {
-        return {};
-    }
     std::vector<glm::dvec3> eyes;
-    eyes.reserve(static_cast<std::size_t>(path.frame_count));
-    for (int at = 0; at < path.frame_count; ++at) {
-        eyes.push_back(eval::pose_at(path, at).eye);
+    eyes.reserve(static_cast<std::size_t>(world.path.frame_count));
+    for (int at = 0; at < world.path.frame_count; ++at) {
+        eyes.push_back(eval::pose_at(world.path, at).eye);
     }
     BirdsEyeOptions map;
     map.with_surfaces = cache.surfaces() == SurfacePlacement::in_images;
@@ -237,7 +68,7 @@ Result<void> write_overlay(
     map.plan = &plan;
     return io::write_png(
         frame_file(options.out, "map", frame),
-        eval::birds_eye(hierarchy, cache.statuses(), view, map)
+        eval::birds_eye(world.hierarchy, cache.statuses(), view, map)
     );
 }
 
@@ -265,6 +96,34 @@ void print_row(const char* name, std::optional<double> value, const char* unit) 
     }
 }
 
+/// How many pixels of images are further off than promised, and which nodes they show.
+void print_disparity(const std::optional<DisparitySummary>& disparity) {
+    if (!disparity || disparity->image_pixels == 0) {
+        return;
+    }
+    if (disparity->over_bound) {
+        std::printf(
+            "  %-28s %12.4f %% of %.1f million\n",
+            "pixels over their promise",
+            100.0 * static_cast<double>(*disparity->over_bound) /
+                static_cast<double>(disparity->image_pixels),
+            static_cast<double>(disparity->image_pixels) * 1e-6
+        );
+    }
+    constexpr std::size_t kShown = 5;
+    for (std::size_t i = 0; i < std::min(kShown, disparity->worst.size()); ++i) {
+        const NodeOvershoot& worst = disparity->worst[i];
+        std::printf(
+            "    node %u, frame %d: %.2f px where %.2f were promised, %llu pixels\n",
+            worst.node,
+            worst.frame,
+            worst.disparity_px,
+            worst.promise_px,
+            static_cast<unsigned long long>(worst.pixels)
+        );
+    }
+}
+
 void print_table(const RunReport& report, const WalkResult& result) {
     std::printf(
         "%s, %s on %s, %dx%d, %d frames\n",
@@ -289,9 +148,21 @@ void print_table(const RunReport& report, const WalkResult& result) {
     print_row("planning, mean", report.plan_ms.mean, "ms");
     print_row("PSNR, median", report.image.psnr_db_median, "dB");
     print_row("PSNR, least", report.image.psnr_db_min, "dB");
-    if (result.compared) {
-        print_row("sky inside geometry, pixels", static_cast<double>(result.sky_holes), "");
+    print_row("SSIM, median", report.image.ssim_median, "");
+    print_row("FLIP, mean", report.image.flip_mean, "");
+    if (!result.reference.empty()) {
+        const auto holes = static_cast<double>(result.contenders[0].sky_holes);
+        print_row("sky inside geometry, pixels", holes, "");
     }
+    print_row("PSNR to the truth, median", report.truth.psnr_db_median, "dB");
+    print_row("PSNR geometry to the truth", report.truth.reference_psnr_db_median, "dB");
+    print_row("FLIP to the truth, mean", report.truth.flip_mean, "");
+    print_row("disparity, median", report.disparity_px.median, "px");
+    print_row("disparity, p99", report.disparity_px.p99, "px");
+    print_row("disparity, largest", report.disparity_px.max, "px");
+    print_row("disparity, promised at most", report.disparity_px.bound, "px");
+    print_row("disparity, tightness", report.disparity_px.tightness, "");
+    print_disparity(result.contenders[0].disparity);
     print_row("triangles a frame", report.work.triangles_per_frame, "");
     print_row("image quads a frame", report.work.image_quads_per_frame, "");
     if (report.work.images_created) {
@@ -305,143 +176,125 @@ void print_table(const RunReport& report, const WalkResult& result) {
     }
 }
 
-/// A backend and what it stands on, in the order in which they may go.
-struct Device {
-    std::optional<opengl::HeadlessContext> context;
-    std::unique_ptr<opengl::SceneSource> source;
-    std::unique_ptr<Backend> backend;
-};
-
-Result<Device> make_device(
-    const std::string& name,
-    const Scene& scene,
-    const Hierarchy& hierarchy,
-    std::span<const std::uint64_t> item_primitives
+/// Everything that is written for one frame.
+Result<void> write_pictures(
+    const Options& options,
+    const World& world,
+    const ImageCache* cache,
+    const WalkPictures& pictures
 ) {
-    Device device;
-    if (name == "null") {
-        device.backend = std::make_unique<NullBackend>(item_primitives, &hierarchy);
-        return device;
+    const std::string& out = options.out;
+    const int frame = pictures.frame;
+    std::vector<std::pair<const char*, Picture>> files;
+    files.emplace_back("frame", pictures.picture);
+    files.emplace_back("reference", pictures.reference);
+    constexpr double kAmplify = 4.0;
+    auto difference = eval::difference_picture(pictures.reference, pictures.picture, kAmplify);
+    if (!difference) {
+        return tl::unexpected(difference.error());
     }
-    auto context = opengl::HeadlessContext::create();
-    if (!context) {
-        return tl::unexpected(context.error());
+    files.emplace_back("difference", std::move(*difference));
+    if (pictures.truth != nullptr) {
+        files.emplace_back("truth", *pictures.truth);
     }
-    device.context.emplace(std::move(*context));
-    auto source = opengl::SceneSource::create(scene, &hierarchy);
-    if (!source) {
-        return tl::unexpected(source.error());
+    if (pictures.disparity != nullptr) {
+        HeatMapOptions heat;
+        heat.bright = pictures.disparity->error_px.value_or(1.0);
+        auto map = eval::heat_map(pictures.disparity->map, heat);
+        if (!map) {
+            return tl::unexpected(map.error());
+        }
+        files.emplace_back("disparity", std::move(*map));
     }
-    device.source = std::move(*source);
-    auto backend = opengl::OpenGLBackend::create(*device.source);
-    if (!backend) {
-        return tl::unexpected(backend.error());
+    if (options.overlay && cache != nullptr) {
+        Picture overlay = pictures.picture;
+        StatusOptions status;
+        status.with_surfaces = cache->surfaces() == SurfacePlacement::in_images;
+        eval::draw_status(overlay, world.hierarchy, cache->statuses(), world.view(frame), status);
+        files.emplace_back("overlay", std::move(overlay));
     }
-    device.backend = std::move(*backend);
-    return device;
+    for (const auto& [kind, picture] : files) {
+        if (auto written = io::write_png(frame_file(out, kind, frame), picture); !written) {
+            return written;
+        }
+    }
+    return {};
 }
 
-/// The model of a file, one measured now, or the default.
-Result<CostModel> choose_cost_model(
-    const std::string& choice,
-    Backend& backend,
-    const Hierarchy& hierarchy,
-    std::span<const std::uint64_t> item_primitives
-) {
-    if (choice.empty()) {
-        return CostModel{};
+Result<void> check(const Options& options) {
+    const auto refused = [](const char* message) {
+        return fail(ErrorCode::invalid_argument, message);
+    };
+    if (options.run.backend == "null" && options.walk.picture_every > 0) {
+        return refused("--png: the null backend draws no pictures");
     }
-    if (choice == "measure") {
-        return gpu::calibrate(backend, hierarchy, item_primitives);
-    }
-    return eval::load_cost_model(choice);
-}
-
-Result<void> run(const Options& options) {
-    if (options.backend == "null" && options.walk.picture_every > 0) {
-        return fail(ErrorCode::invalid_argument, "--png: the null backend draws no pictures");
+    if (options.run.backend == "null" && (options.measure || options.truth_samples > 0)) {
+        return refused("--measure, --truth: the null backend draws no pictures");
     }
     if (options.walk.picture_every > 0 && options.out.empty()) {
-        return fail(ErrorCode::invalid_argument, "--png: no folder, give one with --out");
+        return refused("--png: no folder, give one with --out");
     }
     if (options.overlay && options.walk.picture_every == 0) {
-        return fail(ErrorCode::invalid_argument, "--overlay: no frames, choose them with --png");
+        return refused("--overlay: no frames, choose them with --png");
     }
-    auto world = load_world(options);
+    if (options.truth_samples > 0 && options.walk.reference_every == 0) {
+        return refused("--truth: no frames to compare, choose them with --reference");
+    }
+    return run::validate(options.run);
+}
+
+Result<void> run_walk(const Options& options) {
+    if (Result<void> valid = check(options); !valid) {
+        return valid;
+    }
+    run::WorldOptions world_options = options.world;
+    world_options.levels = options.run.technique == "mesh-lod";
+    auto world = run::load_world(world_options);
     if (!world) {
         return tl::unexpected(world.error());
     }
-    const Scene& scene = world->scene;
-    const Box3d box = scene_bounds(scene);
-    const double radius = glm::length(extent(box)) / 2.0;
-
-    WalkOptions walk_options = options.walk;
-    walk_options.frames =
-        options.whole_path.value_or(options.frames.value_or(world->path.frame_count));
-    if (!options.whole_path && walk_options.frames > world->path.frame_count) {
-        return fail(
-            ErrorCode::invalid_argument,
-            "--frames is " + std::to_string(walk_options.frames) + ", the path has " +
-                std::to_string(world->path.frame_count) +
-                " (--whole-path walks all of it in any number of frames)"
-        );
+    run::Backends backends(*world);
+    const auto backend = backends.make(options.run.backend);
+    if (!backend) {
+        return tl::unexpected(backend.error());
     }
-    const auto view = [&](int frame) {
-        const double at = options.whole_path
-                              ? eval::whole_path_frame(world->path, frame, *options.whole_path)
-                              : frame;
-        return make_view(*world, eval::pose_at(world->path, at), radius);
-    };
-    if (Result<void> valid = validate(view(0)); !valid) {
-        return valid;
+    auto technique = run::Technique::create(*world, options.run, **backend);
+    if (!technique) {
+        return tl::unexpected(technique.error());
     }
-
-    const auto build_begin = std::chrono::steady_clock::now();
-    partition::BspOptions bsp = options.bsp;
-    bsp.max_items = options.max_items.value_or(world->max_items);
-    const auto hierarchy = build_hierarchy(scene, bsp);
-    if (!hierarchy) {
-        return tl::unexpected(hierarchy.error());
-    }
-    const double build_ms = milliseconds_since(build_begin);
-
-    std::vector<std::uint64_t> item_primitives;
-    for (const Instance& instance : scene.instances) {
-        item_primitives.push_back(primitive_count(scene.meshes[index_of(instance.mesh)]));
-    }
-    const auto device = make_device(options.backend, scene, *hierarchy, item_primitives);
-    if (!device) {
-        return tl::unexpected(device.error());
-    }
-    const auto costs =
-        choose_cost_model(options.cost_model, *device->backend, *hierarchy, item_primitives);
-    if (!costs) {
-        return tl::unexpected(costs.error());
-    }
-
-    std::optional<ImageCache> cache;
-    ImageCacheOptions cache_options = presets::shade1996(options.cache);
-    cache_options.validity = options.cache.validity;
-    cache_options.costs = *costs;
-    cache_options.image_budget_bytes = options.budget_mib << 20U;
-    if (options.technique == "image-cache") {
-        auto made = ImageCache::create(*hierarchy, cache_options);
-        if (!made) {
-            return tl::unexpected(made.error());
-        }
-        cache.emplace(std::move(*made));
-    }
-
-    if (options.backend == "null") {
-        walk_options.reference_every = 0; // nothing to compare
-    }
+    Contender contender;
+    contender.name = options.run.technique;
+    contender.planner = technique->planner();
+    contender.backend = *backend;
+    contender.samples = options.run.samples;
+    contender.error_px = technique->promise_px();
     WalkSetup setup;
-    setup.backend = device->backend.get();
-    setup.hierarchy = &*hierarchy;
-    setup.item_primitives = item_primitives;
-    setup.view = view;
-    setup.cache = cache ? &*cache : nullptr;
-    setup.clear.color = glm::vec4(scene.sky, 1.0F);
+    setup.hierarchy = &world->hierarchy;
+    setup.item_primitives = world->item_primitives;
+    setup.item_frames = world->item_frames;
+    setup.view = [&](int frame) { return world->view(frame); };
+    setup.clear.color = glm::vec4(world->scene.sky, 1.0F);
+    if (options.measure) {
+        const auto positions = backends.make(options.run.backend, true);
+        if (!positions) {
+            return tl::unexpected(positions.error());
+        }
+        contender.positions = *positions;
+    }
+    if (options.run.backend != "null") {
+        setup.reference = *backend;
+        setup.reference_samples = options.run.samples;
+    }
+    if (options.truth_samples > 0) {
+        // Cast, since software OpenGL has no more than 4 samples.
+        const auto truth = backends.make("embree");
+        if (!truth) {
+            return tl::unexpected(truth.error());
+        }
+        setup.truth = *truth;
+        setup.truth_samples = options.truth_samples;
+    }
+    setup.contenders = std::span(&contender, 1);
 
     if (!options.out.empty()) {
         std::error_code error;
@@ -457,72 +310,34 @@ Result<void> run(const Options& options) {
     if (isatty(STDERR_FILENO) != 0) {
         observer.on_progress = print_progress;
     }
-    if (!options.out.empty() && walk_options.picture_every > 0) {
-        observer.on_pictures = [&](const WalkPictures& pictures) -> Result<void> {
-            const std::string& out = options.out;
-            auto written =
-                io::write_png(frame_file(out, "frame", pictures.frame), pictures.picture);
-            if (written) {
-                written =
-                    io::write_png(frame_file(out, "reference", pictures.frame), pictures.reference);
-                constexpr double kAmplify = 4.0;
-                const auto difference =
-                    eval::difference_picture(pictures.reference, pictures.picture, kAmplify);
-                if (written && difference) {
-                    written =
-                        io::write_png(frame_file(out, "difference", pictures.frame), *difference);
-                }
-            }
-            if (written && options.overlay && cache) {
-                Picture overlay = pictures.picture;
-                StatusOptions status;
-                status.with_surfaces = cache->surfaces() == SurfacePlacement::in_images;
-                eval::draw_status(
-                    overlay, *hierarchy, cache->statuses(), view(pictures.frame), status
-                );
-                written = io::write_png(frame_file(out, "overlay", pictures.frame), overlay);
-            }
-            return written;
+    const ImageCache* cache = technique->cache();
+    if (options.walk.picture_every > 0) {
+        observer.on_pictures = [&](const WalkPictures& pictures) {
+            return write_pictures(options, *world, cache, pictures);
         };
     }
-
-    if (options.overlay && cache && observer.on_pictures) {
-        observer.on_frame = [&](int frame, const View& seen, const FramePlan& plan) {
-            return write_overlay(options, *hierarchy, *cache, world->path, frame, seen, plan);
+    if (options.overlay && cache != nullptr) {
+        observer.on_frame = [&](int frame, std::size_t, const View& view, const FramePlan& plan
+                            ) -> Result<void> {
+            return frame % options.walk.picture_every == 0
+                       ? write_overlay(options, *cache, *world, frame, view, plan)
+                       : Result<void>{};
         };
     }
-
+    WalkOptions walk_options = options.walk;
+    walk_options.frames = world->frames;
     const auto result = eval::walk(setup, walk_options, observer);
     if (!result) {
         return tl::unexpected(result.error());
     }
-
-    RunReport report;
-    report.scene.name = scene.name;
-    report.scene.triangles = primitive_count(scene);
-    report.scene.instances = scene.instances.size();
-    report.scene.build_ms = build_ms;
-    report.scene.nodes = hierarchy->nodes.size();
-    report.scene.depth = hierarchy->quality.depth;
-    report.technique = options.technique;
-    report.preset = cache ? options.preset : "";
-    report.backend = options.backend;
-    report.device = device->backend->device();
-    report.width = world->width;
-    report.height = world->height;
-    report.fov_deg = world->fov_deg;
-    if (cache) {
-        report.error_px = cache_options.error_px;
-        report.cost_model = cache_options.costs;
-        report.memory.image_budget_bytes = cache_options.image_budget_bytes;
-    }
-    report.memory.hierarchy_bytes = memory_bytes(*hierarchy);
-    report.memory.scene_bytes = memory_bytes(scene);
-    if (Result<void> added = eval::add_to_report(*result, report); !added) {
+    RunReport report = run::report_of(*world);
+    technique->add_to_report(report);
+    report.device = contender.backend->device();
+    if (Result<void> added = eval::add_to_report(*result, 0, report); !added) {
         return added;
     }
     if (!options.frames_csv.empty()) {
-        if (Result<void> saved = eval::save_frames(*result, options.frames_csv); !saved) {
+        if (Result<void> saved = eval::save_frames(*result, 0, options.frames_csv); !saved) {
             return saved;
         }
     }
@@ -542,54 +357,70 @@ int walkthrough(int argc, char** argv) {
 
     Options options;
     CLI::App app("Walks through a scene with one technique and reports speed against error.");
-    app.add_option("--scene", options.scene, "island, or a file");
-    app.add_option("--technique", options.technique)
-        ->check(CLI::IsMember({"geometry", "image-cache"}));
-    app.add_option("--backend", options.backend)->check(CLI::IsMember({"opengl", "null"}));
+    app.add_option("--scene", options.world.scene, "island, or a file");
+    app.add_option("--technique", options.run.technique)
+        ->check(CLI::IsMember({"geometry", "mesh-lod", "image-cache"}));
+    app.add_option("--backend", options.run.backend)
+        ->check(CLI::IsMember({"opengl", "embree", "null"}));
     app.add_option(
-        "--cost-model", options.cost_model, "file, or 'measure'; a stored one if not given"
+        "--cost-model", options.run.cost_model, "file, or 'measure'; a stored one if not given"
     );
-    app.add_option("--preset", options.preset)->check(CLI::IsMember({"shade1996"}));
-    app.add_option("--error-px", options.cache.error_px, "largest displacement [px]");
-    app.add_option("--frames", options.frames, "how many frames of the path, at its own pace")
+    app.add_option("--preset", options.run.preset)->check(CLI::IsMember({"shade1996"}));
+    app.add_option("--error-px", options.run.cache.error_px, "largest displacement [px]");
+    app.add_option("--frames", options.world.frames, "how many frames of the path, at its own pace")
         ->check(CLI::Range(1, 10'000'000));
-    app.add_option("--whole-path", options.whole_path, "the whole path in this many frames")
+    app.add_option("--whole-path", options.world.whole_path, "the whole path in this many frames")
         ->check(CLI::Range(1, 10'000'000));
-    app.add_option("--size", options.size, "WIDTHxHEIGHT [px]");
-    app.add_option("--fov-deg", options.fov_deg, "vertical field of view [degrees]");
-    app.add_option("--path", options.path, "JSON file of a camera path");
-    app.add_option("--step", options.step_m, "metres a frame of a default path");
-    app.add_option("--up", options.up, "axis that points up in a mesh file")
+    app.add_option("--size", options.world.size, "WIDTHxHEIGHT [px]");
+    app.add_option("--fov-deg", options.world.fov_deg, "vertical field of view [degrees]");
+    app.add_option("--path", options.world.path, "JSON file of a camera path");
+    app.add_option("--step", options.world.step_m, "metres a frame of a default path");
+    app.add_option("--up", options.world.up, "axis that points up in a mesh file")
         ->check(CLI::IsMember({"y", "z"}));
-    app.add_option("--samples", options.walk.samples, "per pixel of the frame");
-    app.add_option("--image-samples", options.cache.image_samples, "per texel of images");
+    app.add_option("--samples", options.run.samples, "per pixel of the frame");
+    app.add_option("--image-samples", options.run.cache.image_samples, "per texel of images");
+    app.add_option("--levels", options.run.levels, "how mesh-lod simplifies")
+        ->check(CLI::IsMember({"collapse", "cluster"}));
+    app.add_option(
+           "--truth", options.truth_samples, "also compare with geometry of so many samples a pixel"
+    )
+        ->check(CLI::Range(1, 64));
+    app.add_flag(
+        "--measure", options.measure, "draw each plan once more and measure its disparity"
+    );
     app.add_option("--reference", options.walk.reference_every, "geometry on every Nth frame")
         ->check(CLI::Range(0, 10'000'000));
     app.add_option("--png", options.walk.picture_every, "pictures of every Nth frame into --out")
         ->check(CLI::Range(0, 10'000'000));
-    app.add_option("--image-budget-mib", options.budget_mib, "memory for images [MiB]")
+    app.add_option("--image-budget-mib", options.run.budget_mib, "memory for images [MiB]")
         ->check(CLI::Range(0, 1 << 20));
-    app.add_flag("--exact-pixels", options.cache.exact_pixels);
+    app.add_flag("--exact-pixels", options.run.cache.exact_pixels);
     const std::map<std::string, SurfacePlacement> placements = {
         {"automatic", SurfacePlacement::automatic},
         {"in-images", SurfacePlacement::in_images},
         {"first", SurfacePlacement::first}};
-    app.add_option("--surfaces", options.cache.surfaces, "where split surfaces are drawn")
+    app.add_option("--surfaces", options.run.cache.surfaces, "where split surfaces are drawn")
         ->transform(CLI::CheckedTransformer(placements));
     const std::map<std::string, ImageValidity> validities = {
         {"angle", ImageValidity::angle}, {"zone", ImageValidity::zone}};
-    app.add_option("--validity", options.cache.validity, "when images may still be shown")
+    app.add_option("--validity", options.run.cache.validity, "when images may still be shown")
         ->transform(CLI::CheckedTransformer(validities));
-    app.add_option("--directions", options.bsp.directions, "of splitting planes around up");
-    app.add_flag("--split-vertically", options.bsp.split_vertically, "splits storeys as well");
-    app.add_option("--max-items", options.max_items, "kept whole rather than cut one");
+    app.add_option("--directions", options.world.bsp.directions, "of splitting planes around up");
+    app.add_flag(
+        "--split-vertically", options.world.bsp.split_vertically, "splits storeys as well"
+    );
+    app.add_option("--max-items", options.world.max_items, "kept whole rather than cut one");
     app.add_option(
-        "--max-piece-primitives", options.bsp.max_piece_primitives, "of split surfaces in a leaf"
+        "--max-piece-primitives",
+        options.world.bsp.max_piece_primitives,
+        "of split surfaces in a leaf"
     );
     app.add_option(
-        "--overlap-px", options.cache.overlap_px, "least overlap of split surfaces [texels]"
+        "--overlap-px", options.run.cache.overlap_px, "least overlap of split surfaces [texels]"
     );
-    app.add_option("--inflation", options.bsp.inflation, "overlap of split surfaces [fraction]");
+    app.add_option(
+        "--inflation", options.world.bsp.inflation, "overlap of split surfaces [fraction]"
+    );
     app.add_option("--json", options.json, "file for all figures");
     app.add_option("--frames-csv", options.frames_csv, "file for the figures of every frame");
     app.add_option("--out", options.out, "folder for pictures");
@@ -599,7 +430,7 @@ int walkthrough(int argc, char** argv) {
             const std::string name(parameter.name);
             app.add_option_function<double>(
                 "--" + name,
-                [&options, name](double value) { options.scene_values[name] = value; },
+                [&options, name](double value) { options.world.scene_values[name] = value; },
                 std::string(parameter.help)
             );
         }
@@ -610,7 +441,7 @@ int walkthrough(int argc, char** argv) {
         const int status = app.exit(error);
         return status == 0 ? 0 : 2;
     }
-    if (farfield::Result<void> done = run(options); !done) {
+    if (farfield::Result<void> done = run_walk(options); !done) {
         std::fprintf(stderr, "walkthrough: %s\n", done.error().message.c_str());
         return 1;
     }

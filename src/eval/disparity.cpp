@@ -116,17 +116,6 @@ check(const PositionPicture& picture, const View& view, std::optional<double> er
 
 } // namespace
 
-std::vector<glm::dmat4x3> item_frames(const Scene& scene) {
-    std::vector<glm::dmat4x3> frames;
-    frames.reserve(scene.instances.size());
-    for (const Instance& instance : scene.instances) {
-        glm::dmat4x3 frame = instance.object_to_world;
-        frame[3] = frame * glm::dvec4(scene.meshes[index_of(instance.mesh)].origin, 1.0);
-        frames.push_back(frame);
-    }
-    return frames;
-}
-
 Result<FrameDisparity> measure_disparity(
     const PositionPicture& picture,
     const View& view,

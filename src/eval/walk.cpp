@@ -1,5 +1,8 @@
 #include "eval/text_file.hpp"
+#include <farfield/eval/disparity.hpp>
+#include <farfield/eval/flip.hpp>
 #include <farfield/eval/image_errors.hpp>
+#include <farfield/eval/structural_similarity.hpp>
 #include <farfield/eval/walk.hpp>
 
 #include <glm/vec3.hpp>
@@ -23,13 +26,30 @@ double milliseconds_since(Clock::time_point begin) {
 /// The target goes with the run, whatever way it ends.
 class OwnedTarget {
   public:
-    OwnedTarget(Backend& backend, TargetId id) : backend_(&backend), id_(id) {}
+    static Result<OwnedTarget> create(Backend* backend, const View& view, std::int32_t samples) {
+        if (backend == nullptr) {
+            return OwnedTarget(nullptr, TargetId{});
+        }
+        const Result<TargetId> made = backend->create_target(view.width, view.height, samples);
+        if (!made) {
+            return tl::unexpected(made.error());
+        }
+        return OwnedTarget(backend, *made);
+    }
+    OwnedTarget(OwnedTarget&& other) noexcept
+        : backend_(std::exchange(other.backend_, nullptr)), id_(other.id_) {}
+    OwnedTarget& operator=(OwnedTarget&&) = delete;
     OwnedTarget(const OwnedTarget&) = delete;
     OwnedTarget& operator=(const OwnedTarget&) = delete;
-    ~OwnedTarget() { backend_->destroy_target(id_); }
+    ~OwnedTarget() {
+        if (backend_ != nullptr) {
+            backend_->destroy_target(id_);
+        }
+    }
     [[nodiscard]] TargetId id() const noexcept { return id_; }
 
   private:
+    OwnedTarget(Backend* backend, TargetId id) : backend_(backend), id_(id) {}
     Backend* backend_;
     TargetId id_;
 };
@@ -37,224 +57,487 @@ class OwnedTarget {
 struct Timed {
     double frame_ms = 0.0;
     double plan_ms = 0.0;
+    const FramePlan* plan = nullptr;
 };
 
 /// Plans and draws one frame with the device idle before and after.
-template <typename Plan>
-Result<Timed> time_frame(const WalkSetup& setup, TargetId target, const Plan& make_plan) {
-    setup.backend->finish();
+template <typename MakePlan>
+Result<Timed>
+time_frame(Backend& backend, TargetId target, const FrameClear& clear, const MakePlan& make_plan) {
+    backend.finish();
     const Clock::time_point begin = Clock::now();
     const FramePlan& plan = make_plan();
     Timed timed;
+    timed.plan = &plan;
     timed.plan_ms = milliseconds_since(begin);
-    if (Result<void> drawn = setup.backend->execute(plan, target, setup.clear); !drawn) {
+    if (Result<void> drawn = backend.execute(plan, target, clear); !drawn) {
         return tl::unexpected(std::move(drawn).error());
     }
-    setup.backend->finish();
+    backend.finish();
     timed.frame_ms = milliseconds_since(begin);
     return timed;
 }
 
-/// The faster of both orders for a view, best of two each; the first two frames warm up.
-Result<GeometryOrder>
-faster_order(const WalkSetup& setup, TargetId target, const View& view, int warm_up_frames) {
-    CulledGeometry stored(*setup.hierarchy, GeometryOrder::stored);
-    CulledGeometry sorted(*setup.hierarchy, GeometryOrder::front_to_back);
-    for (int i = 0; i < warm_up_frames; ++i) {
-        const auto warmed =
-            time_frame(setup, target, [&]() -> const FramePlan& { return sorted.plan(view); });
-        if (!warmed) {
+/// A picture and which of its pixels show geometry.
+struct Seen {
+    Picture picture;
+    CoverageMask mask;
+};
+
+Result<Seen> see(Backend& backend, TargetId target, const FrameClear& clear) {
+    Result<Picture> read = backend.read_target(target);
+    if (!read) {
+        return tl::unexpected(std::move(read).error());
+    }
+    const glm::u8vec3 background(glm::vec3(clear.color) * 255.0F + 0.5F);
+    Result<CoverageMask> mask = coverage_by_background(*read, background);
+    if (!mask) {
+        return tl::unexpected(std::move(mask).error());
+    }
+    return Seen{std::move(*read), std::move(*mask)};
+}
+
+Result<PictureErrors> errors_against(const Seen& reference, const Seen& seen, bool perceptual) {
+    PictureErrors errors;
+    const Result<double> psnr = psnr_db(reference.picture, seen.picture);
+    if (!psnr) {
+        return tl::unexpected(psnr.error());
+    }
+    errors.psnr_db = *psnr;
+    const bool window_fits = std::min(seen.picture.width, seen.picture.height) >= kSsimWindow;
+    if (perceptual && window_fits) {
+        const Result<PixelMap> similarity = ssim_map(reference.picture, seen.picture);
+        if (!similarity) {
+            return tl::unexpected(similarity.error());
+        }
+        errors.ssim = mean(*similarity);
+    }
+    if (perceptual) {
+        const Result<PixelMap> difference = flip_map(reference.picture, seen.picture);
+        if (!difference) {
+            return tl::unexpected(difference.error());
+        }
+        errors.flip = mean(*difference);
+    }
+    const Result<CoverageErrors> coverage = compare_coverage(reference.mask, seen.mask);
+    if (!coverage) {
+        return tl::unexpected(coverage.error());
+    }
+    errors.missing_fraction = coverage->missing_fraction;
+    errors.extra_fraction = coverage->extra_fraction;
+    return errors;
+}
+
+/// One walk: what it needs from frame to frame.
+class Walk {
+  public:
+    Walk(const WalkSetup& setup, const WalkOptions& options, const WalkObserver& observer)
+        : setup_(setup), options_(options), observer_(observer) {}
+
+    Result<WalkResult> run();
+
+  private:
+    /// What one contender keeps between frames.
+    struct Runner {
+        const Contender* contender = nullptr;
+        OwnedTarget target;
+        OwnedTarget position_target;
+        DisparitySeries disparity;
+    };
+
+    Result<void> check() const;
+    Result<void> make_views();
+    Result<void> make_runners();
+    Result<void> choose_order();
+    [[nodiscard]] Motion motion_at(std::size_t frame) const;
+    Result<void> run_frame(int frame);
+    Result<void> draw_references(int frame);
+    Result<void> run_contender(std::size_t index, int frame);
+    Result<void>
+    measure_positions(Runner& runner, int frame, const FramePlan& plan, WalkFrame& measured);
+    Result<void> compare(std::size_t index, int frame, WalkFrame& measured);
+
+    const WalkSetup& setup_;
+    const WalkOptions& options_;
+    const WalkObserver& observer_;
+    std::vector<View> views_;
+    std::vector<Runner> runners_;
+    std::optional<OwnedTarget> reference_target_;
+    std::optional<OwnedTarget> truth_target_;
+    std::optional<CulledGeometry> geometry_;
+    std::vector<int> sampled_;
+    std::size_t next_sample_ = 0;
+    // Of the current frame.
+    bool sample_ = false;
+    bool show_ = false;
+    std::optional<Seen> reference_;
+    std::optional<Seen> truth_;
+    std::optional<FrameDisparity> disparity_;
+    WalkResult result_;
+};
+
+Result<void> Walk::check() const {
+    if (options_.frames < 1) {
+        return fail(
+            ErrorCode::invalid_argument,
+            "walk: frames is " + std::to_string(options_.frames) + ", expected at least 1"
+        );
+    }
+    if (!(options_.frame_seconds > 0.0) || !std::isfinite(options_.frame_seconds)) {
+        return fail(
+            ErrorCode::invalid_argument,
+            "walk: frame_seconds is " + std::to_string(options_.frame_seconds) +
+                ", expected a finite time above 0 seconds"
+        );
+    }
+    if (setup_.contenders.empty()) {
+        return fail(ErrorCode::invalid_argument, "walk: no contenders");
+    }
+    return {};
+}
+
+Result<void> Walk::make_views() {
+    views_.reserve(static_cast<std::size_t>(options_.frames));
+    for (int frame = 0; frame < options_.frames; ++frame) {
+        views_.push_back(setup_.view(frame));
+        if (Result<void> valid = validate(views_.back()); !valid) {
+            return fail(
+                valid.error().code, "frame " + std::to_string(frame) + ": " + valid.error().message
+            );
+        }
+    }
+    return {};
+}
+
+Result<void> Walk::make_runners() {
+    for (const Contender& contender : setup_.contenders) {
+        auto target = OwnedTarget::create(contender.backend, views_[0], contender.samples);
+        if (!target) {
+            return fail(target.error().code, contender.name + ": " + target.error().message);
+        }
+        auto positions = OwnedTarget::create(contender.positions, views_[0], 1);
+        if (!positions) {
+            return fail(positions.error().code, contender.name + ": " + positions.error().message);
+        }
+        runners_.push_back({&contender, std::move(*target), std::move(*positions), {}});
+    }
+    auto reference = OwnedTarget::create(setup_.reference, views_[0], setup_.reference_samples);
+    if (!reference) {
+        return tl::unexpected(reference.error());
+    }
+    reference_target_.emplace(std::move(*reference));
+    auto truth = OwnedTarget::create(setup_.truth, views_[0], setup_.truth_samples);
+    if (!truth) {
+        return fail(truth.error().code, "truth: " + truth.error().message);
+    }
+    truth_target_.emplace(std::move(*truth));
+    result_.contenders.resize(setup_.contenders.size());
+    return {};
+}
+
+/// The faster of both orders for the first view, best of two each, after warming up.
+Result<void> Walk::choose_order() {
+    CulledGeometry stored(*setup_.hierarchy, GeometryOrder::stored);
+    CulledGeometry sorted(*setup_.hierarchy, GeometryOrder::front_to_back);
+    const auto timed = [&](CulledGeometry& geometry) {
+        return time_frame(
+            *setup_.reference,
+            reference_target_->id(),
+            setup_.clear,
+            [&]() -> const FramePlan& { return geometry.plan(views_[0]); }
+        );
+    };
+    for (int i = 0; i < options_.warm_up_frames; ++i) {
+        if (const auto warmed = timed(sorted); !warmed) {
             return tl::unexpected(warmed.error());
         }
     }
     double best_stored = 0.0;
     double best_sorted = 0.0;
     for (int i = 0; i < 2; ++i) {
-        const auto a =
-            time_frame(setup, target, [&]() -> const FramePlan& { return stored.plan(view); });
-        const auto b =
-            time_frame(setup, target, [&]() -> const FramePlan& { return sorted.plan(view); });
+        const auto a = timed(stored);
+        const auto b = timed(sorted);
         if (!a || !b) {
             return tl::unexpected(!a ? a.error() : b.error());
         }
         best_stored = i == 0 ? a->frame_ms : std::min(best_stored, a->frame_ms);
         best_sorted = i == 0 ? b->frame_ms : std::min(best_sorted, b->frame_ms);
     }
-    return best_stored < best_sorted ? GeometryOrder::stored : GeometryOrder::front_to_back;
+    result_.reference_order =
+        best_stored < best_sorted ? GeometryOrder::stored : GeometryOrder::front_to_back;
+    geometry_.emplace(*setup_.hierarchy, result_.reference_order);
+    return {};
 }
 
-} // namespace
-
-Result<WalkResult>
-walk(const WalkSetup& setup, const WalkOptions& options, const WalkObserver& observer) {
-    if (options.frames < 1) {
-        return fail(
-            ErrorCode::invalid_argument,
-            "walk: frames is " + std::to_string(options.frames) + ", expected at least 1"
+/// Motion comes from frames already seen: none on the first, no acceleration on the second.
+Motion Walk::motion_at(std::size_t frame) const {
+    Motion motion;
+    motion.frame_seconds = options_.frame_seconds;
+    if (frame >= 2) {
+        return estimate_motion(
+            views_[frame].eye, views_[frame - 1].eye, views_[frame - 2].eye, options_.frame_seconds
         );
     }
-    if (!(options.frame_seconds > 0.0) || !std::isfinite(options.frame_seconds)) {
-        return fail(
-            ErrorCode::invalid_argument,
-            "walk: frame_seconds is " + std::to_string(options.frame_seconds) +
-                ", expected a finite time above 0 seconds"
-        );
+    if (frame == 1) {
+        motion.velocity = (views_[1].eye - views_[0].eye) / options_.frame_seconds;
     }
-    std::vector<View> views;
-    views.reserve(static_cast<std::size_t>(options.frames));
-    for (int frame = 0; frame < options.frames; ++frame) {
-        views.push_back(setup.view(frame));
-        if (Result<void> valid = validate(views.back()); !valid) {
-            return fail(
-                valid.error().code, "frame " + std::to_string(frame) + ": " + valid.error().message
-            );
+    return motion;
+}
+
+/// Draws plain geometry and the truth once for all contenders.
+Result<void> Walk::draw_references(int frame) {
+    reference_.reset();
+    truth_.reset();
+    if (setup_.reference == nullptr || (!sample_ && !show_)) {
+        return {};
+    }
+    const View& view = views_[static_cast<std::size_t>(frame)];
+    const auto plan = [&]() -> const FramePlan& { return geometry_->plan(view); };
+    const auto plain = time_frame(*setup_.reference, reference_target_->id(), setup_.clear, plan);
+    if (!plain) {
+        return tl::unexpected(plain.error());
+    }
+    auto seen = see(*setup_.reference, reference_target_->id(), setup_.clear);
+    if (!seen) {
+        return tl::unexpected(seen.error());
+    }
+    reference_ = std::move(*seen);
+    if (sample_) {
+        result_.reference.push_back({frame, plain->frame_ms});
+    }
+    if (setup_.truth == nullptr) {
+        return {};
+    }
+    if (Result<void> drawn = setup_.truth->execute(plan(), truth_target_->id(), setup_.clear);
+        !drawn) {
+        return drawn;
+    }
+    auto truth = see(*setup_.truth, truth_target_->id(), setup_.clear);
+    if (!truth) {
+        return tl::unexpected(truth.error());
+    }
+    truth_ = std::move(*truth);
+    if (sample_) {
+        const auto errors = errors_against(*truth_, *reference_, options_.perceptual_errors);
+        if (!errors) {
+            return tl::unexpected(errors.error());
+        }
+        result_.reference_truth.push_back(*errors);
+    }
+    return {};
+}
+
+Result<void>
+Walk::measure_positions(Runner& runner, int frame, const FramePlan& plan, WalkFrame& measured) {
+    const Contender& contender = *runner.contender;
+    Backend& backend = *contender.positions;
+    if (Result<void> drawn = backend.execute(plan, runner.position_target.id(), setup_.clear);
+        !drawn) {
+        return drawn;
+    }
+    const Result<PositionPicture> picture = backend.read_positions(runner.position_target.id());
+    if (!picture) {
+        return tl::unexpected(picture.error());
+    }
+    Result<FrameDisparity> disparity = measure_disparity(
+        *picture, views_[static_cast<std::size_t>(frame)], setup_.item_frames, contender.error_px
+    );
+    if (!disparity) {
+        return tl::unexpected(std::move(disparity).error());
+    }
+    runner.disparity.add(frame, *disparity, images_made(plan));
+    measured.disparity_p99_px = disparity->histogram.percentile(0.99);
+    measured.disparity_max_px = disparity->histogram.max();
+    disparity_ = std::move(*disparity);
+    return {};
+}
+
+/// Holds what a contender drew against reference and truth.
+Result<void> Walk::compare(std::size_t index, int frame, WalkFrame& measured) {
+    const Contender& contender = setup_.contenders[index];
+    const auto seen = see(*contender.backend, runners_[index].target.id(), setup_.clear);
+    if (!seen) {
+        return tl::unexpected(seen.error());
+    }
+    if (sample_) {
+        const auto image = errors_against(*reference_, *seen, options_.perceptual_errors);
+        if (!image) {
+            return tl::unexpected(image.error());
+        }
+        measured.image = *image;
+        const auto holes = find_sky_holes(reference_->mask, seen->mask);
+        if (!holes) {
+            return tl::unexpected(holes.error());
+        }
+        result_.contenders[index].sky_holes += holes->pixels;
+        if (truth_) {
+            const auto truth = errors_against(*truth_, *seen, options_.perceptual_errors);
+            if (!truth) {
+                return tl::unexpected(truth.error());
+            }
+            measured.truth = *truth;
         }
     }
-    const Result<TargetId> made =
-        setup.backend->create_target(views[0].width, views[0].height, options.samples);
-    if (!made) {
-        return tl::unexpected(made.error());
+    if (!show_) {
+        return {};
     }
-    const OwnedTarget target(*setup.backend, *made);
+    const WalkPictures pictures{
+        .frame = frame,
+        .contender = index,
+        .measured = measured,
+        .picture = seen->picture,
+        .reference = reference_->picture,
+        .truth = truth_ ? &truth_->picture : nullptr,
+        .disparity = disparity_ ? &*disparity_ : nullptr};
+    return observer_.on_pictures(pictures);
+}
 
-    WalkResult result;
-    const Result<GeometryOrder> order =
-        faster_order(setup, target.id(), views[0], options.warm_up_frames);
-    if (!order) {
-        return tl::unexpected(order.error());
-    }
-    result.reference_order = *order;
-    CulledGeometry geometry(*setup.hierarchy, *order);
-    const std::vector<int> sampled =
-        sampled_frames(options.frames, options.reference_every, options.seed);
-    auto next_sample = sampled.begin();
-    int compared = 0;
-
-    for (int frame = 0; frame < options.frames; ++frame) {
-        const auto at = static_cast<std::size_t>(frame);
-        const View& view = views[at];
-        // Motion comes from frames already seen: none on the first, no acceleration on the second.
-        Motion motion;
-        motion.frame_seconds = options.frame_seconds;
-        if (frame >= 2) {
-            motion = estimate_motion(
-                view.eye, views[at - 1].eye, views[at - 2].eye, options.frame_seconds
-            );
-        } else if (frame == 1) {
-            motion.velocity = (view.eye - views[0].eye) / options.frame_seconds;
-        }
-        WalkFrame measured;
-        const FramePlan* plan = nullptr;
-        const auto timed = time_frame(setup, target.id(), [&]() -> const FramePlan& {
-            plan = setup.cache != nullptr ? &setup.cache->plan(view, motion) : &geometry.plan(view);
-            return *plan;
+Result<void> Walk::run_contender(std::size_t index, int frame) {
+    Runner& runner = runners_[index];
+    const Contender& contender = *runner.contender;
+    const View& view = views_[static_cast<std::size_t>(frame)];
+    const Motion motion = motion_at(static_cast<std::size_t>(frame));
+    const auto timed =
+        time_frame(*contender.backend, runner.target.id(), setup_.clear, [&]() -> const FramePlan& {
+            return contender.planner.plan(view, motion);
         });
-        if (!timed) {
-            return tl::unexpected(timed.error());
+    if (!timed) {
+        return tl::unexpected(timed.error());
+    }
+    ContenderResult& result = result_.contenders[index];
+    WalkFrame measured;
+    measured.frame_ms = timed->frame_ms;
+    measured.plan_ms = timed->plan_ms;
+    measured.work = work_of(*timed->plan, setup_.item_primitives);
+    if (contender.planner.statistics) {
+        measured.cache = contender.planner.statistics();
+    }
+    result.image_bytes_peak = std::max(result.image_bytes_peak, contender.backend->image_bytes());
+    disparity_.reset();
+    if (contender.positions != nullptr) {
+        if (Result<void> done = measure_positions(runner, frame, *timed->plan, measured); !done) {
+            return done;
         }
-        measured.work = work_of(*plan, setup.item_primitives);
-        measured.frame_ms = timed->frame_ms;
-        measured.plan_ms = timed->plan_ms;
-        if (setup.cache != nullptr) {
-            measured.cache = setup.cache->statistics();
-        }
-        result.image_bytes_peak = std::max(result.image_bytes_peak, setup.backend->image_bytes());
-        if (observer.on_frame) {
-            if (Result<void> observed = observer.on_frame(frame, view, *plan); !observed) {
-                return tl::unexpected(std::move(observed).error());
-            }
-        }
-
-        const bool sample = next_sample != sampled.end() && *next_sample == frame;
-        const bool show =
-            observer.on_pictures && options.picture_every > 0 && frame % options.picture_every == 0;
-        Picture picture;
-        Picture reference;
-        if (sample || show) {
-            Result<Picture> read = setup.backend->read_target(target.id());
-            if (!read) {
-                return tl::unexpected(read.error());
-            }
-            picture = std::move(*read);
-        }
-        if (sample || show) {
-            const auto plain = time_frame(setup, target.id(), [&]() -> const FramePlan& {
-                return geometry.plan(view);
-            });
-            if (!plain) {
-                return tl::unexpected(plain.error());
-            }
-            Result<Picture> read = setup.backend->read_target(target.id());
-            if (!read) {
-                return tl::unexpected(read.error());
-            }
-            reference = std::move(*read);
-            if (sample) {
-                ++next_sample;
-                measured.reference_ms = plain->frame_ms;
-            }
-            const Result<double> psnr = psnr_db(reference, picture);
-            if (!psnr) {
-                return tl::unexpected(psnr.error());
-            }
-            measured.psnr_db = *psnr;
-            const glm::u8vec3 background(glm::vec3(setup.clear.color) * 255.0F + 0.5F);
-            const auto reference_mask = coverage_by_background(reference, background);
-            const auto picture_mask = coverage_by_background(picture, background);
-            if (reference_mask && picture_mask) {
-                if (const auto holes = find_sky_holes(*reference_mask, *picture_mask)) {
-                    result.sky_holes += holes->pixels;
-                }
-                const auto errors = compare_coverage(*reference_mask, *picture_mask);
-                if (errors && errors->missing_fraction) {
-                    result.missing_fraction += *errors->missing_fraction;
-                    result.extra_fraction += *errors->extra_fraction;
-                    ++compared;
-                }
-            }
-        }
-        if (show) {
-            const WalkPictures pictures{.frame = frame, .picture = picture, .reference = reference};
-            if (Result<void> shown = observer.on_pictures(pictures); !shown) {
-                return tl::unexpected(std::move(shown).error());
-            }
-        }
-        result.frames.push_back(measured);
-        if (observer.on_progress) {
-            observer.on_progress(frame + 1, options.frames);
+        result.position_bytes_peak =
+            std::max(result.position_bytes_peak, contender.positions->position_bytes());
+    }
+    if (observer_.on_frame) {
+        if (Result<void> done = observer_.on_frame(frame, index, view, *timed->plan); !done) {
+            return done;
         }
     }
-    if (compared > 0) {
-        result.compared = true;
-        result.missing_fraction /= compared;
-        result.extra_fraction /= compared;
+    if (reference_) {
+        if (Result<void> done = compare(index, frame, measured); !done) {
+            return done;
+        }
     }
-    return result;
+    result.frames.push_back(measured);
+    return {};
 }
 
-Result<void> add_to_report(const WalkResult& result, RunReport& report) {
-    std::vector<double> frame_ms;
-    std::vector<double> plan_ms;
+Result<void> Walk::run_frame(int frame) {
+    sample_ = next_sample_ < sampled_.size() && sampled_[next_sample_] == frame;
+    const bool every = options_.picture_every > 0 && frame % options_.picture_every == 0;
+    show_ = observer_.on_pictures && (every || (options_.reference_pictures && sample_));
+    if (Result<void> drawn = draw_references(frame); !drawn) {
+        return drawn;
+    }
+    // Another one goes first on each frame.
+    const std::size_t count = runners_.size();
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::size_t index = (i + static_cast<std::size_t>(frame)) % count;
+        if (Result<void> done = run_contender(index, frame); !done) {
+            return fail(
+                done.error().code,
+                setup_.contenders[index].name + ", frame " + std::to_string(frame) + ": " +
+                    done.error().message
+            );
+        }
+    }
+    next_sample_ += sample_ ? 1U : 0U;
+    return {};
+}
+
+Result<WalkResult> Walk::run() {
+    if (Result<void> valid = check(); !valid) {
+        return tl::unexpected(std::move(valid).error());
+    }
+    if (Result<void> made = make_views(); !made) {
+        return tl::unexpected(std::move(made).error());
+    }
+    if (Result<void> made = make_runners(); !made) {
+        return tl::unexpected(std::move(made).error());
+    }
+    if (setup_.reference != nullptr) {
+        if (Result<void> chosen = choose_order(); !chosen) {
+            return tl::unexpected(std::move(chosen).error());
+        }
+        sampled_ = sampled_frames(options_.frames, options_.reference_every, options_.seed);
+    }
+    for (int frame = 0; frame < options_.frames; ++frame) {
+        if (Result<void> done = run_frame(frame); !done) {
+            return tl::unexpected(std::move(done).error());
+        }
+        if (observer_.on_progress) {
+            observer_.on_progress(frame + 1, options_.frames);
+        }
+    }
+    for (std::size_t i = 0; i < runners_.size(); ++i) {
+        if (runners_[i].contender->positions != nullptr) {
+            result_.contenders[i].disparity = runners_[i].disparity.summary();
+        }
+    }
+    return std::move(result_);
+}
+
+std::optional<double> median(std::span<const double> values) {
+    const auto figures = summarize(values);
+    return figures ? std::optional(figures->median) : std::nullopt;
+}
+
+std::optional<double> average(std::span<const double> values) {
+    const auto figures = summarize(values);
+    return figures ? std::optional(figures->mean) : std::nullopt;
+}
+
+/// Figures of a series of picture errors, as they go into a report.
+void fill(std::span<const PictureErrors> errors, RunReport::ImageErrors& report) {
     std::vector<double> psnr;
-    std::vector<SampledTime> reference;
+    std::vector<double> ssim;
+    std::vector<double> flip;
+    std::vector<double> missing;
+    std::vector<double> extra;
+    const auto keep = [](std::vector<double>& values, std::optional<double> value) {
+        if (value) {
+            values.push_back(*value);
+        }
+    };
+    for (const PictureErrors& one : errors) {
+        psnr.push_back(one.psnr_db);
+        keep(ssim, one.ssim);
+        keep(flip, one.flip);
+        keep(missing, one.missing_fraction);
+        keep(extra, one.extra_fraction);
+    }
+    if (!psnr.empty()) {
+        report.psnr_db_min = *std::min_element(psnr.begin(), psnr.end());
+    }
+    report.psnr_db_median = median(psnr);
+    report.ssim_median = median(ssim);
+    report.flip_mean = average(flip);
+    report.missing_fraction = average(missing);
+    report.extra_fraction = average(extra);
+}
+
+void fill(const ContenderResult& result, RunReport::Work& report) {
     PlanWork work;
-    RunReport::Work counts;
     std::uint64_t created = 0;
     std::uint64_t combined = 0;
     std::uint64_t reused = 0;
     std::uint64_t stale = 0;
     std::uint64_t evicted = 0;
     std::uint64_t refused = 0;
-    for (std::size_t i = 0; i < result.frames.size(); ++i) {
-        const WalkFrame& frame = result.frames[i];
-        frame_ms.push_back(frame.frame_ms);
-        plan_ms.push_back(frame.plan_ms);
-        if (frame.reference_ms) {
-            reference.push_back({static_cast<int>(i), *frame.reference_ms});
-        }
-        if (frame.psnr_db) {
-            psnr.push_back(*frame.psnr_db);
-        }
+    for (const WalkFrame& frame : result.frames) {
         work.triangles += frame.work.triangles;
         work.draws += frame.work.draws;
         work.image_quads += frame.work.image_quads;
@@ -266,66 +549,159 @@ Result<void> add_to_report(const WalkResult& result, RunReport& report) {
         evicted += frame.cache.images_evicted;
         refused += frame.cache.images_refused;
     }
-    report.frames = static_cast<int>(result.frames.size());
+    const auto frames = static_cast<double>(result.frames.size());
+    report.triangles_per_frame = static_cast<double>(work.triangles) / frames;
+    report.draw_calls_per_frame = static_cast<double>(work.draws) / frames;
+    report.image_quads_per_frame = static_cast<double>(work.image_quads) / frames;
+    report.images_created = created;
+    report.images_reused = reused;
+    report.texels_created = work.image_texels;
+    report.evicted = evicted;
+    report.stale = stale;
+    report.new_count = created - combined;
+    report.combined = combined;
+    report.reused = reused;
+    report.budget_misses = refused;
+}
+
+std::string cell(std::optional<double> value) {
+    return value ? std::to_string(*value) : std::string();
+}
+
+} // namespace
+
+Result<WalkResult>
+walk(const WalkSetup& setup, const WalkOptions& options, const WalkObserver& observer) {
+    return Walk(setup, options, observer).run();
+}
+
+Result<void> add_to_report(const WalkResult& result, std::size_t contender, RunReport& report) {
+    const ContenderResult& mine = result.contenders[contender];
+    std::vector<double> frame_ms;
+    std::vector<double> plan_ms;
+    std::vector<PictureErrors> image;
+    std::vector<PictureErrors> truth;
+    for (const WalkFrame& frame : mine.frames) {
+        frame_ms.push_back(frame.frame_ms);
+        plan_ms.push_back(frame.plan_ms);
+        if (frame.image) {
+            image.push_back(*frame.image);
+        }
+        if (frame.truth) {
+            truth.push_back(*frame.truth);
+        }
+    }
+    report.frames = static_cast<int>(mine.frames.size());
     report.frame_ms = frame_times(frame_ms);
     if (const auto plan = summarize(plan_ms)) {
         report.plan_ms = {.mean = plan->mean, .p95 = plan->p95, .max = plan->max};
     }
-    if (!reference.empty()) {
-        auto figures = reference_figures(reference, report.frames);
+    if (!result.reference.empty()) {
+        auto figures = reference_figures(result.reference, report.frames);
         if (!figures) {
             return tl::unexpected(figures.error());
         }
         report.reference_frame_ms = *figures;
-        auto faster = speedup(frame_ms, reference);
+        auto faster = speedup(frame_ms, result.reference);
         if (!faster) {
             return tl::unexpected(faster.error());
         }
         report.speedup = *faster;
     }
-    if (const auto errors = summarize(psnr)) {
-        report.image.psnr_db_min = *std::min_element(psnr.begin(), psnr.end());
-        report.image.psnr_db_median = errors->median;
+    fill(image, report.image);
+    fill(truth, report.truth);
+    RunReport::ImageErrors reference_truth;
+    fill(result.reference_truth, reference_truth);
+    report.truth.reference_psnr_db_median = reference_truth.psnr_db_median;
+    if (mine.disparity) {
+        const DisparitySummary& disparity = *mine.disparity;
+        report.disparity_px = {
+            .median = disparity.median_px,
+            .p99 = disparity.p99_px,
+            .max = disparity.max_px,
+            .bound = disparity.bound_px,
+            .over_bound = disparity.over_bound,
+            .tightness = disparity.tightness};
+        report.memory.aov_bytes = mine.position_bytes_peak;
     }
-    if (result.compared) {
-        report.image.missing_fraction = result.missing_fraction;
-        report.image.extra_fraction = result.extra_fraction;
-    }
-    const auto frames = static_cast<double>(result.frames.size());
-    counts.triangles_per_frame = static_cast<double>(work.triangles) / frames;
-    counts.draw_calls_per_frame = static_cast<double>(work.draws) / frames;
-    counts.image_quads_per_frame = static_cast<double>(work.image_quads) / frames;
-    counts.images_created = created;
-    counts.images_reused = reused;
-    counts.texels_created = work.image_texels;
-    counts.evicted = evicted;
-    counts.stale = stale;
-    counts.new_count = created - combined;
-    counts.combined = combined;
-    counts.reused = reused;
-    counts.budget_misses = refused;
-    report.work = counts;
-    report.memory.image_bytes_peak = result.image_bytes_peak;
+    fill(mine, report.work);
+    report.memory.image_bytes_peak = mine.image_bytes_peak;
     return {};
 }
 
-Result<void> save_frames(const WalkResult& result, const std::filesystem::path& file) {
-    std::string text = "frame,frame_ms,plan_ms,reference_ms,psnr_db,triangles,image_quads,"
-                       "images_created,images_shown,image_bytes,texels_used,texels_allocated\n";
-    const auto cell = [](std::optional<double> value) {
-        return value ? std::to_string(*value) : std::string();
-    };
-    for (std::size_t i = 0; i < result.frames.size(); ++i) {
-        const WalkFrame& frame = result.frames[i];
-        text += std::to_string(i) + "," + cell(frame.frame_ms) + "," + cell(frame.plan_ms) + "," +
-                cell(frame.reference_ms) + "," + cell(frame.psnr_db) + "," +
-                std::to_string(frame.work.triangles) + "," +
-                std::to_string(frame.work.image_quads) + "," +
-                std::to_string(frame.cache.images_created) + "," +
-                std::to_string(frame.cache.images_shown) + "," +
-                std::to_string(frame.cache.image_bytes) + "," +
-                std::to_string(frame.cache.texels_used) + "," +
-                std::to_string(frame.cache.texels_allocated) + "\n";
+Result<void> add_reference_to_report(const WalkResult& result, RunReport& report) {
+    if (result.reference.empty()) {
+        return {};
+    }
+    const auto frames = static_cast<int>(result.contenders[0].frames.size());
+    const auto all_ms = reference_times(result.reference, frames);
+    if (!all_ms) {
+        return tl::unexpected(all_ms.error());
+    }
+    auto figures = reference_figures(result.reference, frames);
+    if (!figures) {
+        return tl::unexpected(figures.error());
+    }
+    report.frames = frames;
+    report.frame_ms = frame_times(*all_ms);
+    report.reference_frame_ms = *figures;
+    report.speedup.overall = 1.0;
+    fill(result.reference_truth, report.truth);
+    report.truth.reference_psnr_db_median = report.truth.psnr_db_median;
+    return {};
+}
+
+Result<void>
+save_frames(const WalkResult& result, std::size_t contender, const std::filesystem::path& file) {
+    std::string text =
+        "frame,frame_ms,plan_ms,reference_ms,psnr_db,truth_psnr_db,ssim,flip,disparity_p99_px,"
+        "disparity_max_px,triangles,image_quads,images_created,images_shown,image_bytes,"
+        "texels_used,texels_allocated\n";
+    const ContenderResult& mine = result.contenders[contender];
+    auto sampled = result.reference.begin();
+    for (std::size_t i = 0; i < mine.frames.size(); ++i) {
+        const WalkFrame& frame = mine.frames[i];
+        std::optional<double> reference_ms;
+        if (sampled != result.reference.end() && static_cast<std::size_t>(sampled->frame) == i) {
+            reference_ms = sampled->ms;
+            ++sampled;
+        }
+        std::optional<double> psnr;
+        std::optional<double> ssim;
+        std::optional<double> flip;
+        if (frame.image) {
+            psnr = frame.image->psnr_db;
+            ssim = frame.image->ssim;
+            flip = frame.image->flip;
+        }
+        std::optional<double> truth_psnr;
+        if (frame.truth) {
+            truth_psnr = frame.truth->psnr_db;
+        }
+        text += std::to_string(i);
+        for (const std::optional<double> value :
+             {std::optional(frame.frame_ms),
+              std::optional(frame.plan_ms),
+              reference_ms,
+              psnr,
+              truth_psnr,
+              ssim,
+              flip,
+              frame.disparity_p99_px,
+              frame.disparity_max_px}) {
+            text += "," + cell(value);
+        }
+        for (const std::uint64_t value :
+             {frame.work.triangles,
+              std::uint64_t{frame.work.image_quads},
+              std::uint64_t{frame.cache.images_created},
+              std::uint64_t{frame.cache.images_shown},
+              frame.cache.image_bytes,
+              frame.cache.texels_used,
+              frame.cache.texels_allocated}) {
+            text += "," + std::to_string(value);
+        }
+        text += "\n";
     }
     return detail::write_text(file, text);
 }

@@ -1,6 +1,7 @@
 #include "pictures.hpp"
 #include "support/random.hpp"
 #include <farfield/eval/disparity.hpp>
+#include <farfield/scene/scene.hpp>
 
 #include <catch2/catch.hpp>
 #include <glm/ext/matrix_double3x3.hpp>
@@ -288,7 +289,7 @@ TEST_CASE("points are brought into the world by the frame of their item", "[disp
     placed[1] = dvec3(0.0, 2.0, 0.0);
     placed[2] = dvec3(2.0, 0.0, 0.0);
     placed[3] = dvec3(8.5, 0.5, 2e7 - 10.0);
-    const std::vector<dmat4x3> frames = eval::item_frames(scene);
+    const std::vector<dmat4x3> frames = farfield::item_frames(scene);
     REQUIRE(frames.size() == 2);
     CHECK(frames[0] == dmat4x3(1.0));
     CHECK(frames[1][3] == dvec3(0.5, 0.5, -10.0));

@@ -5,7 +5,6 @@
 #include <farfield/eval/pixel_map.hpp>
 #include <farfield/image/position_picture.hpp>
 #include <farfield/math/view.hpp>
-#include <farfield/scene/scene.hpp>
 
 #include <glm/ext/matrix_double4x3.hpp>
 
@@ -60,10 +59,6 @@ namespace eval {
 /// diagonal, sqrt(0.5), rounded up to the two digits in which it is quoted.
 inline constexpr double kSamplingShare = 0.71;
 
-/// For each item of a scene what brings the points of a `PositionPicture` into the world: where the
-/// instance stands, after the origin of its mesh.
-[[nodiscard]] std::vector<glm::dmat4x3> item_frames(const Scene& scene);
-
 /// Measures where each pixel's point belongs: projected by the true view, in double and relative to
 /// the eye, so that a scene at 1e7 m is measured as at 0. The disparity is the distance from there
 /// to the middle of the pixel; infinite for a point that is not in front of the eye. A point that
@@ -74,7 +69,7 @@ inline constexpr double kSamplingShare = 0.71;
 ///
 /// It tells where points are that are shown, not which ones should be: a surface that is missing
 /// has no disparity, and one that shines through where another should hide it has none either.
-/// @param frames item_frames, by `ItemId`
+/// @param frames of the scene, as `farfield::item_frames`, by `ItemId`
 /// @param error_px > 0, finite; none: there is no promise
 /// @return an error where the view is not valid, the picture's texels do not fill its size, its
 /// size is not the view's, or error_px is out of range

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "run/world.hpp"
+#include <farfield/core/result.hpp>
+#include <farfield/gpu/backend.hpp>
+#include <farfield/opengl/context.hpp>
+#include <farfield/opengl/scene_source.hpp>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace farfield::run {
+
+/// Makes backends over one world by name, and keeps them. What they share, an OpenGL context and
+/// the scene on the device, is made when it is first needed.
+class Backends {
+  public:
+    /// @param world must outlive the backends
+    explicit Backends(const World& world) : world_(&world) {}
+
+    /// @param name opengl, embree or null @param positions keeps positions, for measuring
+    [[nodiscard]] Result<Backend*> make(const std::string& name, bool positions = false);
+
+  private:
+    [[nodiscard]] Result<std::unique_ptr<Backend>> make_opengl(bool positions);
+
+    const World* world_;
+    std::optional<opengl::HeadlessContext> context_;
+    std::unique_ptr<opengl::SceneSource> source_;
+    std::vector<std::unique_ptr<Backend>> backends_;
+};
+
+} // namespace farfield::run

@@ -1,0 +1,156 @@
+#include "run/technique.hpp"
+
+#include <farfield/eval/cost_model_file.hpp>
+#include <farfield/gpu/calibrate.hpp>
+
+#include <algorithm>
+#include <array>
+#include <span>
+#include <string_view>
+#include <utility>
+
+namespace farfield::run {
+
+namespace {
+
+Result<void>
+check_name(const char* what, const std::string& name, std::span<const std::string_view> known) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) {
+        return {};
+    }
+    std::string names;
+    for (const std::string_view one : known) {
+        names += (names.empty() ? "" : ", ") + std::string(one);
+    }
+    return fail(
+        ErrorCode::invalid_argument,
+        std::string(what) + " \"" + name + "\" does not exist, expected one of " + names
+    );
+}
+
+/// The model of a file, one measured now, or the stored one.
+Result<CostModel>
+choose_cost_model(const World& world, const RunOptions& options, Backend& backend) {
+    if (options.cost_model.empty()) {
+        return options.backend == "embree" ? ray_casting_costs() : CostModel{};
+    }
+    if (options.cost_model == "measure") {
+        return gpu::calibrate(
+            backend,
+            world.hierarchy,
+            std::span(world.item_primitives).first(static_cast<std::size_t>(world.instances))
+        );
+    }
+    return eval::load_cost_model(options.cost_model);
+}
+
+} // namespace
+
+Result<void> validate(const RunOptions& options) {
+    constexpr std::array<std::string_view, 3> kTechniques = {"geometry", "mesh-lod", "image-cache"};
+    constexpr std::array<std::string_view, 1> kPresets = {"shade1996"};
+    constexpr std::array<std::string_view, 2> kLevels = {"collapse", "cluster"};
+    constexpr std::array<std::string_view, 3> kBackends = {"opengl", "embree", "null"};
+    if (auto known = check_name("technique", options.technique, kTechniques); !known) {
+        return known;
+    }
+    if (auto known = check_name("preset", options.preset, kPresets); !known) {
+        return known;
+    }
+    if (auto known = check_name("levels", options.levels, kLevels); !known) {
+        return known;
+    }
+    return check_name("backend", options.backend, kBackends);
+}
+
+Result<Technique>
+Technique::create(const World& world, const RunOptions& options, Backend& backend) {
+    if (Result<void> valid = validate(options); !valid) {
+        return tl::unexpected(std::move(valid).error());
+    }
+    Technique technique;
+    technique.options_ = options;
+    if (options.technique == "geometry") {
+        technique.geometry_ = std::make_unique<CulledGeometry>(world.hierarchy);
+        return technique;
+    }
+    if (options.technique == "mesh-lod") {
+        const LodTable& table = options.levels == "collapse" ? world.collapsed : world.clustered;
+        auto made = MeshLod::create(world.hierarchy, table, {.error_px = options.cache.error_px});
+        if (!made) {
+            return tl::unexpected(made.error());
+        }
+        technique.levels_ = std::make_unique<MeshLod>(std::move(*made));
+        return technique;
+    }
+    const auto costs = choose_cost_model(world, options, backend);
+    if (!costs) {
+        return tl::unexpected(costs.error());
+    }
+    ImageCacheOptions cache = presets::shade1996(options.cache);
+    cache.validity = options.cache.validity;
+    cache.costs = *costs;
+    cache.frame_samples = options.samples;
+    cache.image_budget_bytes = options.budget_mib << 20U;
+    auto made = ImageCache::create(world.hierarchy, cache);
+    if (!made) {
+        return tl::unexpected(made.error());
+    }
+    technique.cache_ = std::make_unique<ImageCache>(std::move(*made));
+    technique.cache_options_ = cache;
+    return technique;
+}
+
+Planner Technique::planner() const {
+    Planner planner;
+    if (geometry_) {
+        planner.plan = [geometry = geometry_.get()](const View& view, const Motion& /*motion*/)
+            -> const FramePlan& { return geometry->plan(view); };
+    } else if (levels_) {
+        planner.plan = [levels = levels_.get()](const View& view, const Motion& /*motion*/)
+            -> const FramePlan& { return levels->plan(view); };
+    } else {
+        planner.plan = [cache = cache_.get()](
+                           const View& view, const Motion& motion
+                       ) -> const FramePlan& { return cache->plan(view, motion); };
+        planner.statistics = [cache = cache_.get()]() -> const ImageCacheStatistics& {
+            return cache->statistics();
+        };
+    }
+    return planner;
+}
+
+std::optional<double> Technique::promise_px() const noexcept {
+    return cache_ ? std::optional(cache_options_.error_px) : std::nullopt;
+}
+
+void Technique::add_to_report(RunReport& report) const {
+    report.technique = options_.technique;
+    report.preset = cache_ ? options_.preset : levels_ ? options_.levels : "";
+    report.backend = options_.backend;
+    if (cache_ || levels_) {
+        report.error_px = options_.cache.error_px;
+    }
+    if (cache_) {
+        report.cost_model = cache_options_.costs;
+        report.memory.image_budget_bytes = cache_options_.image_budget_bytes;
+    }
+}
+
+RunReport report_of(const World& world) {
+    RunReport report;
+    report.scene.name = world.scene.name;
+    report.scene.triangles = world.triangles;
+    report.scene.instances = world.instances;
+    report.scene.build_ms = world.build_ms;
+    report.scene.nodes = world.hierarchy.nodes.size();
+    report.scene.depth = world.hierarchy.quality.depth;
+    report.width = world.width;
+    report.height = world.height;
+    report.fov_deg = world.fov_deg;
+    report.memory.hierarchy_bytes = memory_bytes(world.hierarchy);
+    report.memory.scene_bytes = world.scene_bytes;
+    return report;
+}
+
+} // namespace farfield::run

@@ -1,0 +1,66 @@
+#pragma once
+
+#include "run/world.hpp"
+#include <farfield/core/result.hpp>
+#include <farfield/eval/run_report.hpp>
+#include <farfield/eval/walk.hpp>
+#include <farfield/gpu/backend.hpp>
+#include <farfield/technique/culled_geometry.hpp>
+#include <farfield/technique/image_cache.hpp>
+#include <farfield/technique/mesh_lod.hpp>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace farfield::run {
+
+/// One technique on one backend. Names as the options of the programs.
+struct RunOptions {
+    std::string technique = "image-cache"; ///< geometry, mesh-lod or image-cache
+    std::string preset = "shade1996";      ///< of an image cache
+    std::string levels = "collapse";       ///< of mesh-lod: collapse or cluster
+    std::string backend = "opengl";        ///< opengl, embree or null
+    /// File of a cost model; "measure"; empty: the stored one of the backend.
+    std::string cost_model;
+    ImageCacheOptions cache; ///< `error_px` is that of mesh-lod as well
+    std::uint64_t budget_mib = 64;
+    std::int32_t samples = 1; ///< per pixel of the frame
+};
+
+/// Checks names and what the options cannot mean together.
+[[nodiscard]] Result<void> validate(const RunOptions& options);
+
+/// A technique made as options say, whichever it is. It may be moved, what it hands out stays.
+class Technique {
+  public:
+    /// @param world must outlive the technique
+    /// @param backend to measure the cost model on, where that is asked for
+    [[nodiscard]] static Result<Technique>
+    create(const World& world, const RunOptions& options, Backend& backend);
+
+    /// Drives the technique, which must outlive it.
+    [[nodiscard]] Planner planner() const;
+
+    /// Null unless it is an image cache.
+    [[nodiscard]] const ImageCache* cache() const noexcept { return cache_.get(); }
+
+    /// What it promises; none for plain geometry and for levels of detail.
+    [[nodiscard]] std::optional<double> promise_px() const noexcept;
+
+    /// Fills in what is known without walking.
+    void add_to_report(RunReport& report) const;
+
+  private:
+    RunOptions options_;
+    std::unique_ptr<CulledGeometry> geometry_;
+    std::unique_ptr<MeshLod> levels_;
+    std::unique_ptr<ImageCache> cache_;
+    ImageCacheOptions cache_options_;
+};
+
+/// A report with all that is known of the world.
+[[nodiscard]] RunReport report_of(const World& world);
+
+} // namespace farfield::run

@@ -1,0 +1,66 @@
+#pragma once
+
+#include "scenes/scene_catalog.hpp"
+#include <farfield/core/result.hpp>
+#include <farfield/eval/camera_path.hpp>
+#include <farfield/math/view.hpp>
+#include <farfield/partition/bsp.hpp>
+#include <farfield/partition/hierarchy.hpp>
+#include <farfield/scene/scene.hpp>
+#include <farfield/technique/mesh_lod.hpp>
+
+#include <glm/ext/matrix_double4x3.hpp>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace farfield::run {
+
+/// Which scene, seen how, cut how. Names as the options of the programs.
+struct WorldOptions {
+    std::string scene = "island"; ///< of the catalogue, or a file
+    scenes::SceneValues scene_values;
+    std::string path; ///< file of a camera path; empty: the scene's own
+    std::optional<double> step_m;
+    std::string up; ///< axis that points up in a mesh file: "y" or "z"
+    std::optional<int> frames;
+    std::optional<int> whole_path; ///< the whole path in so many frames
+    std::string size;              ///< WIDTHxHEIGHT; empty: the scene's own
+    std::optional<double> fov_deg;
+    partition::BspOptions bsp;
+    std::optional<std::uint32_t> max_items;
+    bool levels = false; ///< levels of detail are made as well, for `mesh-lod`
+};
+
+/// A scene with its hierarchy and the walk through it. Backends draw `scene`, which has the levels
+/// of detail after the items of the hierarchy.
+struct World {
+    Scene scene;
+    Hierarchy hierarchy;
+    LodTable collapsed; ///< levels by edge collapse
+    LodTable clustered; ///< levels by clustering
+    std::vector<std::uint64_t> item_primitives;
+    std::vector<glm::dmat4x3> item_frames;
+    CameraPath path;
+    double fov_deg = 60.0; ///< vertical
+    int width = 640;       ///< [px]
+    int height = 480;      ///< [px]
+    int frames = 0;        ///< that are walked
+    std::optional<int> whole_path;
+    double radius = 0.0;           ///< [m] half the diagonal of the scene's box
+    double build_ms = 0.0;         ///< of the hierarchy
+    std::uint64_t triangles = 0;   ///< of the items of the hierarchy
+    std::uint64_t instances = 0;   ///< likewise
+    std::uint64_t scene_bytes = 0; ///< without levels of detail
+
+    /// The view of a frame of the walk.
+    [[nodiscard]] View view(int frame) const;
+};
+
+/// Makes or loads a scene, builds its hierarchy, and finds the walk through it. Warnings of loaders
+/// go to standard error.
+[[nodiscard]] Result<World> load_world(const WorldOptions& options);
+
+} // namespace farfield::run
