@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace farfield::embree {
 
@@ -15,6 +16,8 @@ namespace {
 /// Rays that Embree takes at once.
 constexpr std::size_t kLanes = 16;
 constexpr std::uint32_t kNoDraw = UINT32_MAX;
+/// From so many samples a pixel it pays to have Embree take a packet down together.
+constexpr std::size_t kCoherentSamples = 4;
 
 template <typename T>
 using Lanes = std::array<T, kLanes>;
@@ -49,11 +52,72 @@ struct Packet {
     Lanes<std::uint32_t> geometry;
     Lanes<std::uint32_t> draw;
     Lanes<std::uint32_t> order;
+    Lanes<std::uint8_t> mask;
     Lanes<std::uint16_t> pixel;
     Lanes<std::uint16_t> sample;
     Region around; ///< [px] of the target
     float farthest = 0.0F;
 };
+
+/// What the filter of cells needs; `CastContext` is its base and comes first.
+struct CellContext {
+    CastContext cast;
+    const FrameWork* work = nullptr;
+    std::span<const Cell> cells; ///< of the draw
+    const Packet* packet = nullptr;
+};
+
+/// The first command of those that draw a triangle which also draws a point of it, or null.
+/// @param point relative to the eye, in the world's axes
+const Use* use_of(
+    const FrameWork& work,
+    std::span<const Cell> cells,
+    std::uint32_t triangle,
+    const glm::vec3& point
+) noexcept {
+    const auto after = std::upper_bound(
+        cells.begin(),
+        cells.end(),
+        triangle,
+        [](std::uint32_t of, const Cell& cell) { return of < cell.first_triangle; }
+    );
+    if (after == cells.begin()) {
+        return nullptr;
+    }
+    const Cell& cell = *(after - 1);
+    if (triangle - cell.first_triangle >= cell.triangle_count) {
+        return nullptr;
+    }
+    for (std::uint32_t i = cell.first_use; i < cell.first_use + cell.use_count; ++i) {
+        const Use& use = work.uses[i];
+        if (use.clip == Use::kNoClip || contains(work.clips[use.clip], point)) {
+            return &use;
+        }
+    }
+    return nullptr;
+}
+
+glm::vec3 point_of(const Packet& packet, std::size_t lane, float depth) noexcept {
+    return glm::vec3(packet.x[lane], packet.y[lane], packet.z[lane]) * depth;
+}
+
+/// Context filter that lets through what some command draws.
+void keep_listed(const RTCFilterFunctionNArguments* arguments) {
+    const auto& context = *reinterpret_cast<const CellContext*>(arguments->context);
+    const unsigned count = arguments->N;
+    for (unsigned i = 0; i < count; ++i) {
+        if (arguments->valid[i] == 0) {
+            continue;
+        }
+        const std::uint32_t lane = RTCRayN_id(arguments->ray, count, i);
+        const glm::vec3 point =
+            point_of(*context.packet, lane, RTCRayN_tfar(arguments->ray, count, i));
+        const std::uint32_t triangle = RTCHitN_primID(arguments->hit, count, i);
+        if (use_of(*context.work, context.cells, triangle, point) == nullptr) {
+            arguments->valid[i] = 0;
+        }
+    }
+}
 
 /// Casts packets of one phase in one tile.
 class Caster {
@@ -67,11 +131,16 @@ class Caster {
     ) noexcept
         : scene_(&scene), work_(&work), pass_(&work.passes[task.pass]), region_(task.region),
           samples_(places.size()), workspace_(&workspace), tile_(&workspace.tile) {
-        rtcInitIntersectContext(&context_.embree);
-        context_.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+        rtcInitIntersectContext(&context_.cast.embree);
+        context_.work = &work;
+        context_.packet = &packet_;
+        // Rays of one pixel take one way; those of neighbouring pixels part among leaves.
+        context_.cast.embree.flags = samples_ < kCoherentSamples
+                                         ? RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT
+                                         : RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
         std::fill_n(hits_.ray.time, kLanes, 0.0F);
         std::fill_n(hits_.ray.mask, kLanes, UINT32_MAX);
-        std::fill_n(hits_.ray.id, kLanes, 0U);
+        std::iota(hits_.ray.id, hits_.ray.id + kLanes, 0U);
         std::fill_n(hits_.ray.flags, kLanes, 0U);
         find_tangents(places);
     }
@@ -112,7 +181,7 @@ class Caster {
     std::size_t samples_;
     Workspace* workspace_;
     TileBuffer* tile_;
-    CastContext context_;
+    CellContext context_;
     alignas(64) RTCRayHit16 hits_{};
     alignas(64) Lanes<int> valid_{};
     Packet packet_{};
@@ -208,7 +277,9 @@ void Caster::cast(std::uint32_t index) noexcept {
         ray.tfar[lane] = std::min(packet.depth[lane], draw.farthest);
         hits_.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
     }
-    if (draw.clipped) {
+    const Use& whole = work_->uses[draw.use];
+    if (draw.cell_count == 0 && whole.clip != Use::kNoClip) {
+        const Box3f& clip = work_->clips[whole.clip];
         // The part of each ray inside the box. Parallel to a side the quotients are infinite, of
         // one sign outside and of two inside.
         const auto cut = [&](const Lanes<float>& along, float lo, float hi) {
@@ -219,9 +290,9 @@ void Caster::cast(std::uint32_t index) noexcept {
                 ray.tfar[lane] = std::min(ray.tfar[lane], std::max(a, b));
             }
         };
-        cut(packet.x, draw.clip.lo.x, draw.clip.hi.x);
-        cut(packet.y, draw.clip.lo.y, draw.clip.hi.y);
-        cut(packet.z, draw.clip.lo.z, draw.clip.hi.z);
+        cut(packet.x, clip.lo.x, clip.hi.x);
+        cut(packet.y, clip.lo.y, clip.hi.y);
+        cut(packet.z, clip.lo.z, clip.hi.z);
     }
     int any = 0;
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
@@ -231,19 +302,29 @@ void Caster::cast(std::uint32_t index) noexcept {
     if (any == 0) {
         return;
     }
-    context_.runs = std::span(work_->runs).subspan(draw.first_run, draw.run_count);
-    context_.embree.filter = draw.run_count > 0 ? keep_listed : nullptr;
-    context_.direction_dx = to_object * pass_->direction_dx;
-    context_.direction_dy = to_object * pass_->direction_dy;
-    rtcIntersect16(valid_.data(), item.surface->bvh.get(), &context_.embree, &hits_);
+    context_.cells = std::span(work_->cells).subspan(draw.first_cell, draw.cell_count);
+    context_.cast.embree.filter = draw.cell_count > 0 ? keep_listed : nullptr;
+    context_.cast.direction_dx = to_object * pass_->direction_dx;
+    context_.cast.direction_dy = to_object * pass_->direction_dy;
+    rtcIntersect16(valid_.data(), item.surface->bvh.get(), &context_.cast.embree, &hits_);
 
     bool met = false;
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        if (valid_[lane] == 0 || hits_.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) {
+            continue;
+        }
         const float depth = ray.tfar[lane];
+        const Use* use =
+            draw.cell_count == 0
+                ? &whole
+                : use_of(
+                      *work_, context_.cells, hits_.hit.primID[lane], point_of(packet, lane, depth)
+                  );
         // What is drawn first stays where depths are equal.
-        const bool nearer = depth < packet.depth[lane] ||
-                            (depth == packet.depth[lane] && draw.order < packet.order[lane]);
-        if (valid_[lane] == 0 || hits_.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID || !nearer) {
+        const bool nearer =
+            depth < packet.depth[lane] ||
+            (depth == packet.depth[lane] && use != nullptr && use->order < packet.order[lane]);
+        if (use == nullptr || !nearer) {
             continue;
         }
         packet.depth[lane] = depth;
@@ -252,7 +333,8 @@ void Caster::cast(std::uint32_t index) noexcept {
         packet.primitive[lane] = hits_.hit.primID[lane];
         packet.geometry[lane] = hits_.hit.geomID[lane];
         packet.draw[lane] = index;
-        packet.order[lane] = draw.order;
+        packet.order[lane] = use->order;
+        packet.mask[lane] = use->mask ? 1 : 0;
         met = true;
     }
     if (met) {
@@ -342,7 +424,7 @@ void Caster::show() noexcept {
             continue;
         }
         const std::size_t pixel = packet.pixel[lane];
-        const bool mask = work_->draws[packet.draw[lane]].mask;
+        const bool mask = packet.mask[lane] != 0;
         if (samples_ == 1) {
             tile_->depths[pixel] = packet.depth[lane];
             tile_->orders[pixel] = packet.order[lane];

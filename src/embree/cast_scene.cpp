@@ -162,27 +162,6 @@ glm::vec4 texel_at(
     );
 }
 
-void keep_listed(const RTCFilterFunctionNArguments* arguments) {
-    const auto& context = *reinterpret_cast<const CastContext*>(arguments->context);
-    const unsigned count = arguments->N;
-    for (unsigned i = 0; i < count; ++i) {
-        if (arguments->valid[i] == 0) {
-            continue;
-        }
-        const std::uint32_t triangle = RTCHitN_primID(arguments->hit, count, i);
-        const auto after = std::upper_bound(
-            context.runs.begin(),
-            context.runs.end(),
-            triangle,
-            [](std::uint32_t of, const SplitRun& run) { return of < run.first_triangle; }
-        );
-        if (after == context.runs.begin() ||
-            triangle - (after - 1)->first_triangle >= (after - 1)->count) {
-            arguments->valid[i] = 0;
-        }
-    }
-}
-
 const SurfaceMaterial* CastScene::material_of(MaterialId id) const noexcept {
     return id == kNone<MaterialId> ? &materials_.back() : &materials_[index_of(id)];
 }
@@ -204,7 +183,7 @@ Result<const Surface*> CastScene::build(std::unique_ptr<Surface> surface, const 
     if (bvh == nullptr) {
         return embree_failed(rtcGetDeviceError(device_.get()), name);
     }
-    rtcSetSceneBuildQuality(bvh.get(), RTC_BUILD_QUALITY_HIGH);
+    rtcSetSceneBuildQuality(bvh.get(), RTC_BUILD_QUALITY_MEDIUM);
     if (!surface->block_boxes.empty()) {
         rtcSetSceneFlags(bvh.get(), RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
     }
@@ -231,7 +210,7 @@ Result<const Surface*> CastScene::build(std::unique_ptr<Surface> surface, const 
             3 * sizeof(std::uint32_t),
             part.triangle_count
         );
-        rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_HIGH);
+        rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_MEDIUM);
         if (part.material->alpha_cutoff > 0.0F) {
             rtcSetGeometryUserData(geometry, &part);
             rtcSetGeometryIntersectFilterFunction(geometry, keep_solid);

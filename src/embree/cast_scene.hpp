@@ -144,14 +144,12 @@ class CastScene {
 /// What a filter needs to know of the rays that are cast: Embree hands it the context it was given.
 struct CastContext {
     RTCIntersectContext embree{}; ///< the first member: filters get its address
-    /// Runs of triangles that count, in order and apart; empty: all of them.
-    std::span<const SplitRun> runs;
     /// Steps of the direction from a pixel to the next, in object space.
     glm::vec3 direction_dx{0.0F};
     glm::vec3 direction_dy{0.0F};
 };
 
-/// Base colour times vertex colour, without light, and how the texture looks from a ray.
+/// How the texture of a part looks from a ray.
 /// @param origin, direction of the ray in object space @param u, v of the hit
 /// @return texel of the part's texture [0, 255], white without one
 [[nodiscard]] glm::vec4 texel_at(
@@ -164,8 +162,5 @@ struct CastContext {
     const glm::vec3& direction_dx,
     const glm::vec3& direction_dy
 ) noexcept;
-
-/// Context filter that lets through what lies in the runs of a `CastContext`.
-void keep_listed(const RTCFilterFunctionNArguments* arguments);
 
 } // namespace farfield::embree

@@ -87,7 +87,7 @@ struct EmbreeBackend::Impl {
     check_images(const FramePlan& plan, std::size_t pass, std::uint32_t command);
     void add_pass(const FramePlan& plan, const Pass& pass, Target& frame, const FrameClear& clear);
     void add_commands(const FramePlan& plan, const Pass& pass);
-    void close_phase(Phase& phase);
+    void close_phase(const Pass& pass, Phase& phase);
     void draw_batch();
     void copy_pass(const FramePlan& plan, const Pass& pass) noexcept;
 };
@@ -232,7 +232,8 @@ EmbreeBackend::Impl::check_images(const FramePlan& plan, std::size_t pass, std::
 }
 
 /// Ends the phase that takes in commands and begins another.
-void EmbreeBackend::Impl::close_phase(Phase& phase) {
+void EmbreeBackend::Impl::close_phase(const Pass& pass, Phase& phase) {
+    add_split_draws(*scene, pass, work);
     phase.draw_count = static_cast<std::uint32_t>(work.draws.size()) - phase.first_draw;
     phase.quad_count = static_cast<std::uint32_t>(work.quads.size()) - phase.first_quad;
     if (phase.draw_count + phase.quad_count > 0) {
@@ -244,7 +245,7 @@ void EmbreeBackend::Impl::close_phase(Phase& phase) {
                 if (a.nearest != b.nearest) {
                     return a.nearest < b.nearest;
                 }
-                return a.order != b.order ? a.order < b.order : a.item_index < b.item_index;
+                return a.use != b.use ? a.use < b.use : a.item_index < b.item_index;
             }
         );
         work.phases.push_back(phase);
@@ -264,7 +265,7 @@ void EmbreeBackend::Impl::add_commands(const FramePlan& plan, const Pass& pass) 
         const std::uint32_t order = c + 1;
         if (command.kind == Command::Kind::mask) {
             if (shows) {
-                close_phase(phase);
+                close_phase(pass, phase);
                 shows = false;
             }
             add_draws(*scene, plan, pass, command, order, work);
@@ -284,7 +285,7 @@ void EmbreeBackend::Impl::add_commands(const FramePlan& plan, const Pass& pass) 
             add_quad(plan, pass, quad, *page, order, work);
         }
     }
-    close_phase(phase);
+    close_phase(pass, phase);
 }
 
 void EmbreeBackend::Impl::add_pass(

@@ -3,8 +3,10 @@
 #include <farfield/math/box3.hpp>
 
 #include <glm/matrix.hpp>
+#include <glm/vector_relational.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -101,12 +103,124 @@ bool place_draw(const Pass& pass, const Box3f& box, Draw& draw) noexcept {
     return draw.nearest <= draw.farthest && draw.around.width > 0 && draw.around.height > 0;
 }
 
-void clip_draw(const FramePlan& plan, const Pass& pass, const Command& command, Draw& draw) {
-    draw.clipped = command.clip != Command::kNoClip;
-    if (draw.clipped) {
-        const glm::dvec3 eye = pass.view.eye - plan.origin;
-        const Box3f& box = plan.clips[command.clip];
-        draw.clip = {glm::vec3(glm::dvec3(box.lo) - eye), glm::vec3(glm::dvec3(box.hi) - eye)};
+/// Planes of a pass's view in object space, inside where positive.
+struct ObjectFrustum {
+    std::array<glm::dvec4, 6> planes{};
+
+    ObjectFrustum(const Pass& pass, const CastItem& item) noexcept {
+        const View& view = pass.view;
+        const Lens& lens = view.lens;
+        const glm::dmat3 world_to_camera = glm::transpose(view.camera_to_world);
+        const glm::dmat3 linear = world_to_camera * item.linear;
+        const glm::dvec3 offset = world_to_camera * (item.translation - view.eye);
+        const std::array<glm::dvec4, 6> in_camera = {
+            {{1.0, 0.0, lens.left, 0.0},
+             {-1.0, 0.0, -lens.right, 0.0},
+             {0.0, 1.0, lens.bottom, 0.0},
+             {0.0, -1.0, -lens.top, 0.0},
+             {0.0, 0.0, -1.0, -lens.near_distance},
+             {0.0, 0.0, 1.0, lens.far_distance}}};
+        for (std::size_t i = 0; i < planes.size(); ++i) {
+            const glm::dvec3 normal(in_camera[i]);
+            planes[i] = glm::dvec4(
+                glm::transpose(linear) * normal, glm::dot(normal, offset) + in_camera[i].w
+            );
+        }
+    }
+
+    /// True where certainly nothing of the box is in view.
+    [[nodiscard]] bool misses(const Box3f& box) const noexcept {
+        for (const glm::dvec4& plane : planes) {
+            const glm::dvec3 normal(plane);
+            const glm::dvec3 innermost = glm::mix(
+                glm::dvec3(box.lo), glm::dvec3(box.hi), glm::greaterThan(normal, glm::dvec3(0.0))
+            );
+            if (glm::dot(normal, innermost) + plane.w < 0.0) {
+                return true;
+            }
+        }
+        return false;
+    }
+};
+
+/// True where all triangles between cells are out of view, so that casting may take them along.
+bool only_cells_in_view(
+    const Pass& pass, const CastItem& item, std::span<const Cell> cells
+) noexcept {
+    const Surface& surface = *item.surface;
+    const ObjectFrustum frustum(pass, item);
+    const auto hidden = [&](std::uint32_t first, std::uint32_t end) {
+        for (std::uint32_t block = first / Surface::kBlock; block * Surface::kBlock < end;
+             ++block) {
+            if (!frustum.misses(surface.block_boxes[block])) {
+                return false;
+            }
+        }
+        return true;
+    };
+    std::uint32_t first = 0;
+    for (const Cell& cell : cells) {
+        if (!hidden(first, cell.first_triangle)) {
+            return false;
+        }
+        first = cell.first_triangle + cell.triangle_count;
+    }
+    return hidden(first, static_cast<std::uint32_t>(surface.indices.size() / 3));
+}
+
+bool same_uses(const FrameWork& work, const Cell& a, const Cell& b) noexcept {
+    const auto first = work.uses.begin() + a.first_use;
+    const auto second = work.uses.begin() + b.first_use;
+    return a.use_count == b.use_count &&
+           std::equal(first, first + a.use_count, second, [](const Use& u, const Use& v) {
+               return u.order == v.order;
+           });
+}
+
+/// Makes cells of the runs [first, last) of one item, ordered by their first triangle.
+void add_cells(std::size_t first, std::size_t last, FrameWork& work) {
+    const std::size_t first_cell = work.cells.size();
+    std::vector<ListedRun>& open = work.open;
+    open.clear();
+    std::uint32_t triangle = work.listed[first].first_triangle;
+    for (std::size_t next = first; next < last || !open.empty();) {
+        if (open.empty()) {
+            triangle = work.listed[next].first_triangle;
+        }
+        for (; next < last && work.listed[next].first_triangle == triangle; ++next) {
+            open.push_back(work.listed[next]);
+        }
+        // Up to where a run begins or ends.
+        std::uint32_t end = next < last ? work.listed[next].first_triangle : UINT32_MAX;
+        for (const ListedRun& run : open) {
+            end = std::min(end, run.end_triangle);
+        }
+        Cell cell;
+        cell.first_triangle = triangle;
+        cell.triangle_count = end - triangle;
+        cell.first_use = static_cast<std::uint32_t>(work.uses.size());
+        std::sort(open.begin(), open.end(), [](const ListedRun& a, const ListedRun& b) {
+            return a.use < b.use;
+        });
+        for (std::size_t i = 0; i < open.size(); ++i) {
+            if (i == 0 || open[i].use != open[i - 1].use) {
+                const Use use = work.uses[open[i].use];
+                work.uses.push_back(use);
+            }
+        }
+        cell.use_count = static_cast<std::uint32_t>(work.uses.size()) - cell.first_use;
+        const bool follows =
+            work.cells.size() > first_cell &&
+            work.cells.back().first_triangle + work.cells.back().triangle_count == triangle &&
+            same_uses(work, work.cells.back(), cell);
+        if (follows) {
+            work.cells.back().triangle_count += cell.triangle_count;
+            work.uses.resize(cell.first_use);
+        } else {
+            work.cells.push_back(cell);
+        }
+        std::erase_if(open, [&](const ListedRun& run) { return run.end_triangle == end; });
+        triangle = end;
     }
 }
 
@@ -116,7 +230,10 @@ void FrameWork::clear() noexcept {
     passes.clear();
     phases.clear();
     draws.clear();
-    runs.clear();
+    uses.clear();
+    cells.clear();
+    clips.clear();
+    listed.clear();
     quads.clear();
     tiles.clear();
 }
@@ -137,10 +254,20 @@ void add_draws(
     std::uint32_t order,
     FrameWork& work
 ) {
+    Use use;
+    use.order = order;
+    use.mask = command.kind == Command::Kind::mask;
+    if (command.clip != Command::kNoClip) {
+        const glm::dvec3 eye = pass.view.eye - plan.origin;
+        const Box3f& box = plan.clips[command.clip];
+        use.clip = static_cast<std::uint32_t>(work.clips.size());
+        work.clips.push_back(
+            {glm::vec3(glm::dvec3(box.lo) - eye), glm::vec3(glm::dvec3(box.hi) - eye)}
+        );
+    }
     Draw draw;
-    draw.order = order;
-    draw.mask = command.kind == Command::Kind::mask;
-    clip_draw(plan, pass, command, draw);
+    draw.use = static_cast<std::uint32_t>(work.uses.size());
+    work.uses.push_back(use);
     for (std::uint32_t i = command.first; i < command.first + command.count; ++i) {
         draw.item_index = static_cast<std::uint32_t>(index_of(plan.items[i]));
         draw.item = &scene.items()[draw.item_index];
@@ -149,57 +276,55 @@ void add_draws(
         }
     }
     const std::uint32_t end = command.first_piece + command.piece_count;
-    for (std::uint32_t i = command.first_piece; i < end;) {
-        const ItemId id = plan.pieces[i].item;
-        draw.item_index = static_cast<std::uint32_t>(index_of(id));
-        draw.item = &scene.items()[draw.item_index];
-        const Surface& surface = *draw.item->surface;
-        // All pieces of one item are one draw.
-        draw.first_run = static_cast<std::uint32_t>(work.runs.size());
-        for (; i < end && plan.pieces[i].item == id; ++i) {
-            const Piece& piece = plan.pieces[i];
-            SplitRun run = *scene.run_of(piece);
-            run.first_triangle += piece.first - run.first;
-            run.first = piece.first;
-            run.count = piece.count;
-            work.runs.push_back(run);
-        }
-        const auto first = work.runs.begin() + draw.first_run;
-        std::sort(first, work.runs.end(), [](const SplitRun& a, const SplitRun& b) {
-            return a.first_triangle < b.first_triangle;
-        });
-        // Joined, so that the filter finds no two that overlap.
-        auto last = first;
-        Box3f box;
-        std::uint32_t triangles = 0;
-        for (auto run = first; run != work.runs.end(); ++run) {
-            const std::uint32_t last_end = last->first_triangle + last->count;
-            if (run != first && run->first_triangle <= last_end) {
-                last->count =
-                    std::max(run->first_triangle + run->count, last_end) - last->first_triangle;
-            } else if (run != first) {
-                *++last = *run;
-            }
-        }
-        work.runs.erase(last + 1, work.runs.end());
-        for (auto run = first; run != work.runs.end(); ++run) {
-            triangles += run->count;
-            const std::uint32_t last_block =
-                (run->first_triangle + run->count - 1) / Surface::kBlock;
-            for (std::uint32_t block = run->first_triangle / Surface::kBlock; block <= last_block;
-                 ++block) {
-                box = unite(box, surface.block_boxes[block]);
-            }
-        }
-        draw.run_count = static_cast<std::uint32_t>(work.runs.size()) - draw.first_run;
-        if (triangles == surface.indices.size() / 3) {
-            draw.run_count = 0;
-        }
-        if (place_draw(pass, box, draw)) {
-            work.draws.push_back(draw);
-        }
-        draw.run_count = 0;
+    for (std::uint32_t i = command.first_piece; i < end; ++i) {
+        const Piece& piece = plan.pieces[i];
+        const SplitRun& run = *scene.run_of(piece);
+        const std::uint32_t first = run.first_triangle + (piece.first - run.first);
+        work.listed.push_back(
+            {static_cast<std::uint32_t>(index_of(piece.item)), first, first + piece.count, draw.use}
+        );
     }
+}
+
+void add_split_draws(const CastScene& scene, const Pass& pass, FrameWork& work) {
+    std::sort(work.listed.begin(), work.listed.end(), [](const ListedRun& a, const ListedRun& b) {
+        return a.item != b.item ? a.item < b.item : a.first_triangle < b.first_triangle;
+    });
+    for (std::size_t first = 0; first < work.listed.size();) {
+        std::size_t last = first;
+        while (last < work.listed.size() && work.listed[last].item == work.listed[first].item) {
+            ++last;
+        }
+        Draw draw;
+        draw.item_index = work.listed[first].item;
+        draw.item = &scene.items()[draw.item_index];
+        draw.first_cell = static_cast<std::uint32_t>(work.cells.size());
+        add_cells(first, last, work);
+        first = last;
+        const std::span<const Cell> cells = std::span(work.cells).subspan(draw.first_cell);
+        draw.cell_count = static_cast<std::uint32_t>(cells.size());
+        Box3f box;
+        bool alike = true;
+        for (const Cell& cell : cells) {
+            alike = alike && cell.use_count == 1 && same_uses(work, cells.front(), cell);
+            const std::uint32_t end = cell.first_triangle + cell.triangle_count;
+            for (std::uint32_t block = cell.first_triangle / Surface::kBlock;
+                 block * Surface::kBlock < end;
+                 ++block) {
+                box = unite(box, draw.item->surface->block_boxes[block]);
+            }
+        }
+        if (!place_draw(pass, box, draw)) {
+            continue;
+        }
+        // Where one command draws all that can be met, no filter is needed.
+        if (alike && only_cells_in_view(pass, *draw.item, cells)) {
+            draw.use = cells.front().first_use;
+            draw.cell_count = 0;
+        }
+        work.draws.push_back(draw);
+    }
+    work.listed.clear();
 }
 
 void add_quad(

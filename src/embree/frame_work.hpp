@@ -43,20 +43,43 @@ struct Target {
     Memory<PositionTexel> positions;
 };
 
-/// What one item, or runs of its triangles, is drawn with in one pass.
+/// How one command draws something.
+struct Use {
+    std::uint32_t order = 0;      ///< of the command within the pass, from 1
+    bool mask = false;            ///< writes depth alone
+    std::uint32_t clip = kNoClip; ///< into `FrameWork::clips`
+
+    static constexpr std::uint32_t kNoClip = UINT32_MAX;
+};
+
+/// Triangles of a split item that the same commands draw.
+struct Cell {
+    std::uint32_t first_triangle = 0;
+    std::uint32_t triangle_count = 0;
+    std::uint32_t first_use = 0; ///< into `FrameWork::uses`, the first command first
+    std::uint32_t use_count = 0;
+};
+
+/// What one cast is about: an item as one command draws it, or the parts of a split item that all
+/// commands of a phase draw.
 struct Draw {
     const CastItem* item = nullptr;
     std::uint32_t item_index = 0;
-    std::uint32_t order = 0; ///< of its command within the pass, from 1
-    bool mask = false;       ///< writes depth alone
-    bool clipped = false;
     glm::vec3 eye{0.0F};  ///< in object space
     float nearest = 0.0F; ///< of all that is drawn, along the view direction [m]
     float farthest = 0.0F;
-    Region around;               ///< [px] of the target: where it may be seen
-    Box3f clip;                  ///< relative to the eye, in the world's axes
-    std::uint32_t first_run = 0; ///< into `FrameWork::runs`
-    std::uint32_t run_count = 0; ///< 0: all triangles
+    Region around;                ///< [px] of the target: where it may be seen
+    std::uint32_t use = 0;        ///< into `FrameWork::uses`: of all triangles, where
+    std::uint32_t first_cell = 0; ///< into `FrameWork::cells`, ordered and apart
+    std::uint32_t cell_count = 0; ///< is 0
+};
+
+/// A run of triangles of a split item as one command lists it.
+struct ListedRun {
+    std::uint32_t item = 0;
+    std::uint32_t first_triangle = 0;
+    std::uint32_t end_triangle = 0;
+    std::uint32_t use = 0; ///< into `FrameWork::uses`
 };
 
 /// An image quad as one pass sees it. With x and y [px] of the target, its own coordinates [texel]
@@ -110,9 +133,15 @@ struct FrameWork {
     std::vector<PassWork> passes;
     std::vector<Phase> phases;
     std::vector<Draw> draws;
-    std::vector<SplitRun> runs;
+    std::vector<Use> uses;
+    std::vector<Cell> cells;
+    std::vector<Box3f> clips; ///< relative to the eye, in the world's axes
     std::vector<PassQuad> quads;
     std::vector<TileTask> tiles;
+
+    // Of the phase that takes in commands.
+    std::vector<ListedRun> listed;
+    std::vector<ListedRun> open; ///< where cells are made: runs that hold the next triangle
 
     void clear() noexcept;
 };
@@ -123,7 +152,7 @@ inline constexpr std::int32_t kTile = 32;
 /// Where a pass draws, before its commands are looked at.
 void add_view(PassWork& pass) noexcept;
 
-/// Adds items and pieces of a command as draws.
+/// Adds items of a command as draws, and lists its pieces.
 void add_draws(
     const CastScene& scene,
     const FramePlan& plan,
@@ -132,6 +161,9 @@ void add_draws(
     std::uint32_t order,
     FrameWork& work
 );
+
+/// Adds a draw for every split item of which pieces were listed, and empties the list.
+void add_split_draws(const CastScene& scene, const Pass& pass, FrameWork& work);
 
 /// Adds a quad, unless it cannot be seen.
 void add_quad(
