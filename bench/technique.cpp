@@ -5,6 +5,7 @@
 #include <farfield/partition/bsp.hpp>
 #include <farfield/technique/culled_geometry.hpp>
 #include <farfield/technique/image_cache.hpp>
+#include <farfield/technique/mesh_lod.hpp>
 
 #include <benchmark/benchmark.h>
 
@@ -13,6 +14,7 @@
 #include <cstdint>
 #include <map>
 #include <numbers>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,21 +24,44 @@ using namespace farfield;
 
 struct BenchScene {
     Hierarchy tree;
+    LodTable levels;
     double radius = 0.0; ///< [m]
     std::string error;
 };
 
-BenchScene built(Result<Hierarchy> tree, double radius) {
-    if (!tree) {
-        return {{}, 0.0, tree.error().message};
+/// Nine levels a tree, with errors like those of a willow of 36,230 triangles made of clusters.
+LodTable make_levels(std::span<const Object> objects) {
+    constexpr std::uint32_t kLevels = 9;
+    LodTable table;
+    std::size_t items = objects.size();
+    for (const Object& object : objects) {
+        const auto first = static_cast<std::uint32_t>(table.levels.size());
+        const std::uint32_t count = object.splittable ? 0 : kLevels;
+        table.items.push_back({object.bounds, object.primitives, first, count});
+        float error_m = 0.25F;
+        auto primitives = static_cast<std::uint32_t>(object.primitives);
+        for (std::uint32_t level = 0; level < count; ++level) {
+            primitives /= 2;
+            table.levels.push_back({make_id<ItemId>(items++), error_m, primitives});
+            error_m *= 1.3F;
+        }
     }
-    return {std::move(*tree), radius, {}};
+    return table;
+}
+
+BenchScene built(Result<Hierarchy> tree, std::span<const Object> objects, double radius) {
+    if (!tree) {
+        return {{}, {}, 0.0, tree.error().message};
+    }
+    return {std::move(*tree), make_levels(objects), radius, {}};
 }
 
 BenchScene make_island_scene() {
     constexpr double kRadius = 400.0;
     const auto island = support::make_island(1117, kRadius, 12.0, 1);
-    return built(partition::build_bsp(island.objects, {}, island.primitive_bounds()), kRadius);
+    return built(
+        partition::build_bsp(island.objects, {}, island.primitive_bounds()), island.objects, kRadius
+    );
 }
 
 /// Trees somewhere in the squares of a grid of 16 m.
@@ -59,7 +84,7 @@ BenchScene make_forest_scene(std::size_t trees) {
              false}
         );
     }
-    return built(partition::build_bsp(objects), radius);
+    return built(partition::build_bsp(objects), objects, radius);
 }
 
 /// The island where `objects` is 0. Built once for all benchmarks.
@@ -145,6 +170,37 @@ void culled_geometry(benchmark::State& state) {
     state.counters["items"] = benchmark::Counter(items, benchmark::Counter::kAvgIterations);
 }
 
+void mesh_lod(benchmark::State& state) {
+    const BenchScene& scene = scene_of(state.range(0));
+    if (!scene.error.empty()) {
+        state.SkipWithError(scene.error.c_str());
+        return;
+    }
+    auto technique = MeshLod::create(
+        scene.tree, scene.levels, {.error_px = static_cast<double>(state.range(1))}
+    );
+    if (!technique) {
+        state.SkipWithError(technique.error().message.c_str());
+        return;
+    }
+    const Path path = make_path(scene.radius);
+    std::size_t frame = 0;
+    double items = 0.0;
+    double triangles = 0.0;
+    double full_triangles = 0.0;
+    while (state.KeepRunning()) {
+        items += static_cast<double>(technique->plan(path.views[frame]).items.size());
+        triangles += static_cast<double>(technique->statistics().triangles);
+        full_triangles += static_cast<double>(technique->statistics().full_triangles);
+        frame = (frame + 1) % path.views.size();
+    }
+    using benchmark::Counter;
+    state.counters["time_per_item"] = Counter(items, Counter::kIsRate | Counter::kInvert);
+    state.counters["items"] = Counter(items, Counter::kAvgIterations);
+    state.counters["triangles"] = Counter(triangles, Counter::kAvgIterations);
+    state.counters["full_triangles"] = Counter(full_triangles, Counter::kAvgIterations);
+}
+
 void image_cache(benchmark::State& state) {
     const BenchScene& scene = scene_of(state.range(0));
     if (!scene.error.empty()) {
@@ -216,6 +272,10 @@ BENCHMARK(culled_geometry)
     ->Arg(kIsland)
     ->Arg(16'384)
     ->Arg(262'144)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK(mesh_lod)
+    ->ArgNames({"objects", "error_px"})
+    ->ArgsProduct({{kIsland, 16'384, 262'144}, {2}})
     ->Unit(benchmark::kMicrosecond);
 BENCHMARK(image_cache)
     ->ArgNames({"objects", "error_px"})
