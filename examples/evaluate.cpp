@@ -15,8 +15,8 @@
 #include <cstdio>
 #include <exception>
 #include <malloc.h>
+#include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <unistd.h>
 #include <utility>
@@ -160,8 +160,14 @@ struct Prepared {
     std::vector<Contender> contenders;
 };
 
-Result<Prepared>
-prepare(const run::World& world, const run::ComparedWalk& walk, run::Backends& backends) {
+/// @param references plain geometry is drawn by, one for each kind of backend; those missing are
+/// made
+Result<Prepared> prepare(
+    const run::World& world,
+    const run::ComparedWalk& walk,
+    run::Backends& backends,
+    std::map<std::string, Backend*>& references
+) {
     Prepared prepared;
     for (const run::ComparedRun& compared : walk.runs) {
         const auto backend = backends.make(compared.options.backend);
@@ -177,6 +183,15 @@ prepare(const run::World& world, const run::ComparedWalk& walk, run::Backends& b
         contender.planner = technique->planner();
         contender.backend = *backend;
         contender.samples = compared.options.samples;
+        Backend*& reference = references[compared.options.backend];
+        if (reference == nullptr) {
+            const auto made = backends.make(compared.options.backend);
+            if (!made) {
+                return tl::unexpected(made.error());
+            }
+            reference = *made;
+        }
+        contender.reference = reference;
         contender.error_px = technique->promise_px();
         if (compared.measure) {
             const auto positions = backends.make(compared.options.backend, true);
@@ -197,13 +212,15 @@ Result<void> run_walk(const run::ComparedWalk& walk, Evaluation& evaluation) {
         return tl::unexpected(world.error());
     }
     run::Backends backends(*world);
-    const auto prepared = prepare(*world, walk, backends);
-    if (!prepared) {
-        return tl::unexpected(prepared.error());
-    }
+    std::map<std::string, Backend*> references;
     const auto reference = backends.make("opengl");
     if (!reference) {
         return tl::unexpected(reference.error());
+    }
+    references["opengl"] = *reference;
+    const auto prepared = prepare(*world, walk, backends, references);
+    if (!prepared) {
+        return tl::unexpected(prepared.error());
     }
     WalkSetup setup;
     setup.contenders = prepared->contenders;
@@ -305,8 +322,9 @@ Result<void> run_all(const Options& options) {
                              : "Made by evaluate " + options.plan
     );
     evaluation.notes.push_back(
-        "All runs of a walk take turns, frame by frame, in one process. Speed-up is against plain "
-        "geometry drawn by OpenGL; the truth is geometry cast with 16 samples a pixel."
+        "All runs of a walk take turns, frame by frame, in one process. Speed-up is over plain "
+        "geometry on the same device with as many samples; the truth is geometry cast with 16 "
+        "samples a pixel."
     );
     const auto begin = std::chrono::steady_clock::now();
     bool any = false;

@@ -137,9 +137,18 @@ class Walk {
     Result<WalkResult> run();
 
   private:
+    /// Plain geometry on one backend.
+    struct Baseline {
+        Backend* backend = nullptr;
+        std::int32_t samples = 1;
+        OwnedTarget target;
+        CulledGeometry geometry;
+        std::vector<SampledTime> times;
+    };
     /// What one contender keeps between frames.
     struct Runner {
         const Contender* contender = nullptr;
+        std::optional<std::size_t> baseline; ///< that its times are divided by
         OwnedTarget target;
         OwnedTarget position_target;
         DisparitySeries disparity;
@@ -148,7 +157,10 @@ class Walk {
     Result<void> check() const;
     Result<void> make_views();
     Result<void> make_runners();
-    Result<void> choose_order();
+    Result<void> make_references();
+    Result<std::size_t> find_baseline(Backend& backend, std::int32_t samples);
+    Result<GeometryOrder> faster_order(Backend& backend, TargetId target) const;
+    Result<void> draw_baselines(int frame);
     [[nodiscard]] Motion motion_at(std::size_t frame) const;
     Result<void> run_frame(int frame);
     Result<void> draw_references(int frame);
@@ -162,9 +174,8 @@ class Walk {
     const WalkObserver& observer_;
     std::vector<View> views_;
     std::vector<Runner> runners_;
-    std::optional<OwnedTarget> reference_target_;
+    std::vector<Baseline> baselines_; ///< the first is the reference of pictures, if there is one
     std::optional<OwnedTarget> truth_target_;
-    std::optional<CulledGeometry> geometry_;
     std::vector<int> sampled_;
     std::size_t next_sample_ = 0;
     // Of the current frame.
@@ -219,33 +230,68 @@ Result<void> Walk::make_runners() {
         if (!positions) {
             return fail(positions.error().code, contender.name + ": " + positions.error().message);
         }
-        runners_.push_back({&contender, std::move(*target), std::move(*positions), {}});
+        runners_.push_back({&contender, {}, std::move(*target), std::move(*positions), {}});
     }
-    auto reference = OwnedTarget::create(setup_.reference, views_[0], setup_.reference_samples);
-    if (!reference) {
-        return tl::unexpected(reference.error());
+    result_.contenders.resize(setup_.contenders.size());
+    return {};
+}
+
+Result<void> Walk::make_references() {
+    if (setup_.reference == nullptr) {
+        return {};
     }
-    reference_target_.emplace(std::move(*reference));
+    if (const auto made = find_baseline(*setup_.reference, setup_.reference_samples); !made) {
+        return tl::unexpected(made.error());
+    }
+    for (Runner& runner : runners_) {
+        if (runner.contender->reference == nullptr) {
+            runner.baseline = 0;
+            continue;
+        }
+        const auto made = find_baseline(*runner.contender->reference, runner.contender->samples);
+        if (!made) {
+            return fail(made.error().code, runner.contender->name + ": " + made.error().message);
+        }
+        runner.baseline = *made;
+    }
+    sampled_ = sampled_frames(options_.frames, options_.reference_every, options_.seed);
     auto truth = OwnedTarget::create(setup_.truth, views_[0], setup_.truth_samples);
     if (!truth) {
         return fail(truth.error().code, "truth: " + truth.error().message);
     }
     truth_target_.emplace(std::move(*truth));
-    result_.contenders.resize(setup_.contenders.size());
     return {};
 }
 
+/// The baseline of a backend and a number of samples, made where there is none yet.
+Result<std::size_t> Walk::find_baseline(Backend& backend, std::int32_t samples) {
+    for (std::size_t i = 0; i < baselines_.size(); ++i) {
+        if (baselines_[i].backend == &backend && baselines_[i].samples == samples) {
+            return i;
+        }
+    }
+    auto target = OwnedTarget::create(&backend, views_[0], samples);
+    if (!target) {
+        return tl::unexpected(std::move(target).error());
+    }
+    const auto order = faster_order(backend, target->id());
+    if (!order) {
+        return tl::unexpected(order.error());
+    }
+    baselines_.push_back(
+        {&backend, samples, std::move(*target), CulledGeometry(*setup_.hierarchy, *order), {}}
+    );
+    return baselines_.size() - 1;
+}
+
 /// The faster of both orders for the first view, best of two each, after warming up.
-Result<void> Walk::choose_order() {
+Result<GeometryOrder> Walk::faster_order(Backend& backend, TargetId target) const {
     CulledGeometry stored(*setup_.hierarchy, GeometryOrder::stored);
     CulledGeometry sorted(*setup_.hierarchy, GeometryOrder::front_to_back);
     const auto timed = [&](CulledGeometry& geometry) {
-        return time_frame(
-            *setup_.reference,
-            reference_target_->id(),
-            setup_.clear,
-            [&]() -> const FramePlan& { return geometry.plan(views_[0]); }
-        );
+        return time_frame(backend, target, setup_.clear, [&]() -> const FramePlan& {
+            return geometry.plan(views_[0]);
+        });
     };
     for (int i = 0; i < options_.warm_up_frames; ++i) {
         if (const auto warmed = timed(sorted); !warmed) {
@@ -263,10 +309,7 @@ Result<void> Walk::choose_order() {
         best_stored = i == 0 ? a->frame_ms : std::min(best_stored, a->frame_ms);
         best_sorted = i == 0 ? b->frame_ms : std::min(best_sorted, b->frame_ms);
     }
-    result_.reference_order =
-        best_stored < best_sorted ? GeometryOrder::stored : GeometryOrder::front_to_back;
-    geometry_.emplace(*setup_.hierarchy, result_.reference_order);
-    return {};
+    return best_stored < best_sorted ? GeometryOrder::stored : GeometryOrder::front_to_back;
 }
 
 /// Motion comes from frames already seen: none on the first, no acceleration on the second.
@@ -284,6 +327,37 @@ Motion Walk::motion_at(std::size_t frame) const {
     return motion;
 }
 
+/// Draws plain geometry on every backend that it is timed on, and keeps the first one's picture.
+Result<void> Walk::draw_baselines(int frame) {
+    const View& view = views_[static_cast<std::size_t>(frame)];
+    for (std::size_t i = 0; i < baselines_.size(); ++i) {
+        Baseline& baseline = baselines_[i];
+        if (!sample_ && i > 0) {
+            break; // only the picture is wanted
+        }
+        const auto drawn = time_frame(
+            *baseline.backend,
+            baseline.target.id(),
+            setup_.clear,
+            [&]() -> const FramePlan& { return baseline.geometry.plan(view); }
+        );
+        if (!drawn) {
+            return tl::unexpected(drawn.error());
+        }
+        if (sample_) {
+            baseline.times.push_back({frame, drawn->frame_ms});
+        }
+        if (i == 0) {
+            auto seen = see(*baseline.backend, baseline.target.id(), setup_.clear);
+            if (!seen) {
+                return tl::unexpected(std::move(seen).error());
+            }
+            reference_ = std::move(*seen);
+        }
+    }
+    return {};
+}
+
 /// Draws plain geometry and the truth once for all contenders.
 Result<void> Walk::draw_references(int frame) {
     reference_.reset();
@@ -291,24 +365,15 @@ Result<void> Walk::draw_references(int frame) {
     if (setup_.reference == nullptr || (!sample_ && !show_)) {
         return {};
     }
-    const View& view = views_[static_cast<std::size_t>(frame)];
-    const auto plan = [&]() -> const FramePlan& { return geometry_->plan(view); };
-    const auto plain = time_frame(*setup_.reference, reference_target_->id(), setup_.clear, plan);
-    if (!plain) {
-        return tl::unexpected(plain.error());
-    }
-    auto seen = see(*setup_.reference, reference_target_->id(), setup_.clear);
-    if (!seen) {
-        return tl::unexpected(seen.error());
-    }
-    reference_ = std::move(*seen);
-    if (sample_) {
-        result_.reference.push_back({frame, plain->frame_ms});
+    if (Result<void> drawn = draw_baselines(frame); !drawn) {
+        return drawn;
     }
     if (setup_.truth == nullptr) {
         return {};
     }
-    if (Result<void> drawn = setup_.truth->execute(plan(), truth_target_->id(), setup_.clear);
+    const View& view = views_[static_cast<std::size_t>(frame)];
+    const FramePlan& plan = baselines_[0].geometry.plan(view);
+    if (Result<void> drawn = setup_.truth->execute(plan, truth_target_->id(), setup_.clear);
         !drawn) {
         return drawn;
     }
@@ -468,11 +533,8 @@ Result<WalkResult> Walk::run() {
     if (Result<void> made = make_runners(); !made) {
         return tl::unexpected(std::move(made).error());
     }
-    if (setup_.reference != nullptr) {
-        if (Result<void> chosen = choose_order(); !chosen) {
-            return tl::unexpected(std::move(chosen).error());
-        }
-        sampled_ = sampled_frames(options_.frames, options_.reference_every, options_.seed);
+    if (Result<void> made = make_references(); !made) {
+        return tl::unexpected(std::move(made).error());
     }
     for (int frame = 0; frame < options_.frames; ++frame) {
         if (Result<void> done = run_frame(frame); !done) {
@@ -482,7 +544,13 @@ Result<WalkResult> Walk::run() {
             observer_.on_progress(frame + 1, options_.frames);
         }
     }
+    if (!baselines_.empty()) {
+        result_.reference = baselines_[0].times;
+    }
     for (std::size_t i = 0; i < runners_.size(); ++i) {
+        if (runners_[i].baseline) {
+            result_.contenders[i].reference = baselines_[*runners_[i].baseline].times;
+        }
         if (runners_[i].contender->positions != nullptr) {
             result_.contenders[i].disparity = runners_[i].disparity.summary();
         }
@@ -596,13 +664,13 @@ Result<void> add_to_report(const WalkResult& result, std::size_t contender, RunR
     if (const auto plan = summarize(plan_ms)) {
         report.plan_ms = {.mean = plan->mean, .p95 = plan->p95, .max = plan->max};
     }
-    if (!result.reference.empty()) {
-        auto figures = reference_figures(result.reference, report.frames);
+    if (!mine.reference.empty()) {
+        auto figures = reference_figures(mine.reference, report.frames);
         if (!figures) {
             return tl::unexpected(figures.error());
         }
         report.reference_frame_ms = *figures;
-        auto faster = speedup(frame_ms, result.reference);
+        auto faster = speedup(frame_ms, mine.reference);
         if (!faster) {
             return tl::unexpected(faster.error());
         }
@@ -658,11 +726,11 @@ save_frames(const WalkResult& result, std::size_t contender, const std::filesyst
         "disparity_max_px,triangles,image_quads,images_created,images_shown,image_bytes,"
         "texels_used,texels_allocated\n";
     const ContenderResult& mine = result.contenders[contender];
-    auto sampled = result.reference.begin();
+    auto sampled = mine.reference.begin();
     for (std::size_t i = 0; i < mine.frames.size(); ++i) {
         const WalkFrame& frame = mine.frames[i];
         std::optional<double> reference_ms;
-        if (sampled != result.reference.end() && static_cast<std::size_t>(sampled->frame) == i) {
+        if (sampled != mine.reference.end() && static_cast<std::size_t>(sampled->frame) == i) {
             reference_ms = sampled->ms;
             ++sampled;
         }

@@ -39,6 +39,10 @@ struct Contender {
     Backend* backend = nullptr;
     /// Executes every plan once more, outside the clock, and keeps positions; null: no disparity.
     Backend* positions = nullptr;
+    /// Draws the plain geometry that the contender's times are divided by, with as many samples: on
+    /// the same kind of device, or the ratio compares devices. It may be the contender's backend.
+    /// Null: that of the setup.
+    Backend* reference = nullptr;
     /// [px] What the technique promises; none: it shows no images, or promises nothing.
     std::optional<double> error_px;
     std::int32_t samples = 1; ///< per pixel of its frames
@@ -47,8 +51,8 @@ struct Contender {
 /// What is walked through, and against what contenders are held.
 struct WalkSetup {
     std::span<const Contender> contenders;
-    /// Draws plain geometry, the reference of times and pictures; null: there is none. It may be
-    /// the backend of a contender that keeps no pages.
+    /// Draws plain geometry, the reference of pictures, and of times where a contender has none of
+    /// its own; null: there is no reference at all. It may be the backend of a contender.
     Backend* reference = nullptr;
     std::int32_t reference_samples = 1; ///< per pixel of the reference
     /// Draws plain geometry with `truth_samples`; null: nothing is held against the truth.
@@ -112,6 +116,7 @@ struct WalkPictures {
 /// What one contender did.
 struct ContenderResult {
     std::vector<WalkFrame> frames;
+    std::vector<SampledTime> reference; ///< plain geometry on its device, on sampled frames
     /// Pixels of background inside the reference's geometry, over all reference frames: cracks,
     /// where surfaces are closed. Gaps in foliage that move count as well.
     std::uint64_t sky_holes = 0;
@@ -122,9 +127,8 @@ struct ContenderResult {
 
 /// The measured walk.
 struct WalkResult {
-    std::vector<ContenderResult> contenders; ///< in the order of the setup
-    std::vector<SampledTime> reference;      ///< plain geometry on the frames it was sampled on
-    GeometryOrder reference_order = GeometryOrder::stored; ///< the faster one, which was used
+    std::vector<ContenderResult> contenders;    ///< in the order of the setup
+    std::vector<SampledTime> reference;         ///< plain geometry on the frames it was sampled on
     std::vector<PictureErrors> reference_truth; ///< plain geometry against the truth, likewise
 };
 
