@@ -158,8 +158,9 @@ class Caster {
                 if (work_->draws[draw].nearest > packet_.farthest) {
                     break; // the rest is farther still
                 }
-                if (overlaps(work_->draws[draw].around, packet_.around)) {
-                    cast(draw);
+                const DepthRange depths = depths_of(work_->draws[draw]);
+                if (depths.nearest <= std::min(depths.farthest, packet_.farthest)) {
+                    cast(draw, depths);
                 }
             }
             show();
@@ -169,7 +170,8 @@ class Caster {
   private:
     void find_tangents(std::span<const glm::vec2> places) noexcept;
     bool aim(std::size_t& pixel, std::size_t& sample) noexcept;
-    void cast(std::uint32_t draw) noexcept;
+    [[nodiscard]] DepthRange depths_of(const Draw& draw) const noexcept;
+    void cast(std::uint32_t draw, const DepthRange& depths) noexcept;
     void show() noexcept;
     [[nodiscard]] Color16 shade(std::size_t lane) const noexcept;
     [[nodiscard]] PositionTexel position(std::size_t lane) const noexcept;
@@ -256,8 +258,38 @@ bool Caster::aim(std::size_t& pixel, std::size_t& sample) noexcept {
     return true;
 }
 
+/// Between which depths the packet may meet a draw.
+DepthRange Caster::depths_of(const Draw& draw) const noexcept {
+    const Region& around = draw.around;
+    const Region& packet = packet_.around;
+    DepthRange depths;
+    if (!overlaps(around, packet)) {
+        return depths;
+    }
+    if (draw.cell_count == 0) {
+        return {draw.nearest, draw.farthest};
+    }
+    const std::int32_t columns = draw.squares_a_row();
+    const std::int32_t left = std::max(packet.x - around.x, 0) / kDepthSquare;
+    const std::int32_t bottom = std::max(packet.y - around.y, 0) / kDepthSquare;
+    const std::int32_t right =
+        (std::min(packet.x + packet.width - around.x, around.width) - 1) / kDepthSquare;
+    const std::int32_t top =
+        (std::min(packet.y + packet.height - around.y, around.height) - 1) / kDepthSquare;
+    for (std::int32_t row = bottom; row <= top; ++row) {
+        for (std::int32_t column = left; column <= right; ++column) {
+            const std::int32_t square = row * columns + column;
+            const DepthRange& here =
+                work_->depths[draw.first_depth + static_cast<std::uint32_t>(square)];
+            depths.nearest = std::min(depths.nearest, here.nearest);
+            depths.farthest = std::max(depths.farthest, here.farthest);
+        }
+    }
+    return depths;
+}
+
 /// Casts the packet at one draw and keeps what is nearer than before.
-void Caster::cast(std::uint32_t index) noexcept {
+void Caster::cast(std::uint32_t index, const DepthRange& depths) noexcept {
     const Draw& draw = work_->draws[index];
     const CastItem& item = *draw.item;
     Packet& packet = packet_;
@@ -273,8 +305,8 @@ void Caster::cast(std::uint32_t index) noexcept {
         ray.dir_x[lane] = to_object[0].x * x + to_object[1].x * y + to_object[2].x * z;
         ray.dir_y[lane] = to_object[0].y * x + to_object[1].y * y + to_object[2].y * z;
         ray.dir_z[lane] = to_object[0].z * x + to_object[1].z * y + to_object[2].z * z;
-        ray.tnear[lane] = draw.nearest;
-        ray.tfar[lane] = std::min(packet.depth[lane], draw.farthest);
+        ray.tnear[lane] = depths.nearest;
+        ray.tfar[lane] = std::min(packet.depth[lane], depths.farthest);
         hits_.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
     }
     const Use& whole = work_->uses[draw.use];

@@ -80,27 +80,95 @@ class Outline {
     glm::dvec2 hi_{-std::numeric_limits<double>::infinity()};
 };
 
+/// An item as a pass sees it.
+class ItemView {
+  public:
+    ItemView(const Pass& pass, const CastItem& item) noexcept : pass_(&pass) {
+        const glm::dmat3 world_to_camera = glm::transpose(pass.view.camera_to_world);
+        linear_ = world_to_camera * item.linear;
+        offset_ = world_to_camera * (item.translation - pass.view.eye);
+    }
+
+    [[nodiscard]] Outline outline(const Box3f& box) const noexcept {
+        Outline result(*pass_);
+        for (unsigned index = 0; index < 8; ++index) {
+            result.add(linear_ * glm::dvec3(corner(box, index)) + offset_);
+        }
+        return result;
+    }
+
+    [[nodiscard]] const glm::dmat3& linear() const noexcept { return linear_; } ///< to the camera
+    [[nodiscard]] const glm::dvec3& offset() const noexcept { return offset_; }
+
+  private:
+    const Pass* pass_;
+    glm::dmat3 linear_{1.0};
+    glm::dvec3 offset_{0.0};
+};
+
+/// Depths of an outline that a ray has to look at, rounded outwards.
+DepthRange depths_of(const Outline& outline, const Lens& lens) noexcept {
+    const double slack = kDepthSlack * (std::abs(outline.nearest()) + std::abs(outline.farthest()));
+    return {
+        static_cast<float>(std::max(outline.nearest() - slack, lens.near_distance)),
+        static_cast<float>(std::min(outline.farthest() + slack, lens.far_distance))};
+}
+
 /// Sets where and how far off a draw may be seen.
 /// @param box of what is drawn, in object space
 /// @return false where it cannot be seen at all
 bool place_draw(const Pass& pass, const Box3f& box, Draw& draw) noexcept {
     const CastItem& item = *draw.item;
-    const View& view = pass.view;
-    const glm::dvec3 to_item = item.translation - view.eye;
-    const glm::dmat3 world_to_camera = glm::transpose(view.camera_to_world);
-    const glm::dmat3 linear = world_to_camera * item.linear;
-    const glm::dvec3 offset = world_to_camera * to_item;
-    Outline outline(pass);
-    for (unsigned index = 0; index < 8; ++index) {
-        outline.add(linear * glm::dvec3(corner(box, index)) + offset);
-    }
-    const double slack = kDepthSlack * (std::abs(outline.nearest()) + std::abs(outline.farthest()));
-    draw.nearest = static_cast<float>(std::max(outline.nearest() - slack, view.lens.near_distance));
-    draw.farthest =
-        static_cast<float>(std::min(outline.farthest() + slack, view.lens.far_distance));
+    const Outline outline = ItemView(pass, item).outline(box);
+    const DepthRange depths = depths_of(outline, pass.view.lens);
+    draw.nearest = depths.nearest;
+    draw.farthest = depths.farthest;
     draw.around = outline.around();
-    draw.eye = glm::vec3(item.inverse * -to_item);
+    draw.eye = glm::vec3(item.inverse * (pass.view.eye - item.translation));
     return draw.nearest <= draw.farthest && draw.around.width > 0 && draw.around.height > 0;
+}
+
+/// Notes for every square of pixels at which depths the cells of a draw may be met. Most of a split
+/// item may be shown by images, and rays there would have to pass all of it.
+void add_depths(const Pass& pass, Draw& draw, FrameWork& work) {
+    const Region& around = draw.around;
+    const std::int32_t columns = draw.squares_a_row();
+    const std::int32_t rows = (around.height + kDepthSquare - 1) / kDepthSquare;
+    draw.first_depth = static_cast<std::uint32_t>(work.depths.size());
+    work.depths.resize(
+        work.depths.size() + static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows)
+    );
+    const ItemView view(pass, *draw.item);
+    const auto add_block = [&](const Box3f& box) {
+        const Outline outline = view.outline(box);
+        const Region seen = outline.around();
+        const DepthRange depths = depths_of(outline, pass.view.lens);
+        if (depths.nearest > depths.farthest || !overlaps(seen, around)) {
+            return;
+        }
+        const std::int32_t left = std::max((seen.x - around.x) / kDepthSquare, 0);
+        const std::int32_t bottom = std::max((seen.y - around.y) / kDepthSquare, 0);
+        const std::int32_t right =
+            std::min((seen.x + seen.width - 1 - around.x) / kDepthSquare, columns - 1);
+        const std::int32_t top =
+            std::min((seen.y + seen.height - 1 - around.y) / kDepthSquare, rows - 1);
+        for (std::int32_t row = bottom; row <= top; ++row) {
+            const auto first = work.depths.begin() + draw.first_depth + row * columns;
+            for (auto square = first + left; square <= first + right; ++square) {
+                square->nearest = std::min(square->nearest, depths.nearest);
+                square->farthest = std::max(square->farthest, depths.farthest);
+            }
+        }
+    };
+    for (std::uint32_t i = draw.first_cell; i < draw.first_cell + draw.cell_count; ++i) {
+        const Cell& cell = work.cells[i];
+        const std::uint32_t end = cell.first_triangle + cell.triangle_count;
+        for (std::uint32_t block = cell.first_triangle / Surface::kBlock;
+             block * Surface::kBlock < end;
+             ++block) {
+            add_block(draw.item->surface->block_boxes[block]);
+        }
+    }
 }
 
 /// Planes of a pass's view in object space, inside where positive.
@@ -110,9 +178,7 @@ struct ObjectFrustum {
     ObjectFrustum(const Pass& pass, const CastItem& item) noexcept {
         const View& view = pass.view;
         const Lens& lens = view.lens;
-        const glm::dmat3 world_to_camera = glm::transpose(view.camera_to_world);
-        const glm::dmat3 linear = world_to_camera * item.linear;
-        const glm::dvec3 offset = world_to_camera * (item.translation - view.eye);
+        const ItemView seen(pass, item);
         const std::array<glm::dvec4, 6> in_camera = {
             {{1.0, 0.0, lens.left, 0.0},
              {-1.0, 0.0, -lens.right, 0.0},
@@ -123,7 +189,8 @@ struct ObjectFrustum {
         for (std::size_t i = 0; i < planes.size(); ++i) {
             const glm::dvec3 normal(in_camera[i]);
             planes[i] = glm::dvec4(
-                glm::transpose(linear) * normal, glm::dot(normal, offset) + in_camera[i].w
+                glm::transpose(seen.linear()) * normal,
+                glm::dot(normal, seen.offset()) + in_camera[i].w
             );
         }
     }
@@ -232,6 +299,7 @@ void FrameWork::clear() noexcept {
     draws.clear();
     uses.clear();
     cells.clear();
+    depths.clear();
     clips.clear();
     listed.clear();
     quads.clear();
@@ -321,6 +389,8 @@ void add_split_draws(const CastScene& scene, const Pass& pass, FrameWork& work) 
         if (alike && only_cells_in_view(pass, *draw.item, cells)) {
             draw.use = cells.front().first_use;
             draw.cell_count = 0;
+        } else {
+            add_depths(pass, draw, work);
         }
         work.draws.push_back(draw);
     }

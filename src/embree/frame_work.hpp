@@ -12,6 +12,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -60,6 +61,15 @@ struct Cell {
     std::uint32_t use_count = 0;
 };
 
+/// Distances along the view direction between which something may be met [m]; nothing at first.
+struct DepthRange {
+    float nearest = std::numeric_limits<float>::infinity();
+    float farthest = -std::numeric_limits<float>::infinity();
+};
+
+/// Width and height of the squares of pixels that know their depths. [px]
+inline constexpr std::int32_t kDepthSquare = 4;
+
 /// What one cast is about: an item as one command draws it, or the parts of a split item that all
 /// commands of a phase draw.
 struct Draw {
@@ -72,6 +82,13 @@ struct Draw {
     std::uint32_t use = 0;        ///< into `FrameWork::uses`: of all triangles, where
     std::uint32_t first_cell = 0; ///< into `FrameWork::cells`, ordered and apart
     std::uint32_t cell_count = 0; ///< is 0
+    /// With cells: into `FrameWork::depths`, by squares of `around` from its lower left, row by
+    /// row.
+    std::uint32_t first_depth = 0;
+
+    [[nodiscard]] std::int32_t squares_a_row() const noexcept {
+        return (around.width + kDepthSquare - 1) / kDepthSquare;
+    }
 };
 
 /// A run of triangles of a split item as one command lists it.
@@ -135,6 +152,7 @@ struct FrameWork {
     std::vector<Draw> draws;
     std::vector<Use> uses;
     std::vector<Cell> cells;
+    std::vector<DepthRange> depths;
     std::vector<Box3f> clips; ///< relative to the eye, in the world's axes
     std::vector<PassQuad> quads;
     std::vector<TileTask> tiles;
