@@ -64,7 +64,7 @@ struct MeshLevel {
 /// how much of a crown or a fence is left.
 /// @pre the mesh passes `farfield::validate`
 /// @return `invalid_argument` for an option out of range
-/// @par Cost about 0.1 s for 36,000 triangles and all levels, and 0.5 s for 10,000 samples of each
+/// @par Cost about 0.15 s for 36,000 triangles and all levels, and 1 s for 10,000 samples of each
 /// @par Source meshoptimizer: collapse by quadric errors (Garland, Heckbert 1997), clusters on the
 /// finest grid that makes few enough triangles (Rossignac, Borrel 1993)
 [[nodiscard]] Result<std::vector<MeshLevel>>
