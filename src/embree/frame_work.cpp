@@ -128,6 +128,27 @@ bool place_draw(const Pass& pass, const Box3f& box, Draw& draw) noexcept {
     return draw.nearest <= draw.farthest && draw.around.width > 0 && draw.around.height > 0;
 }
 
+/// Calls `visit` with boxes around the triangles of a cell, block by block. A block that reaches
+/// into the next cell may lie in two places far apart: only the cell's part of it counts.
+template <typename Visit>
+void for_boxes(const Surface& surface, const Cell& cell, const Visit& visit) {
+    const std::uint32_t cell_end = cell.first_triangle + cell.triangle_count;
+    for (std::uint32_t first = cell.first_triangle; first < cell_end;) {
+        const std::uint32_t block = first / Surface::kBlock;
+        const std::uint32_t end = std::min((block + 1) * Surface::kBlock, cell_end);
+        if (end - first == Surface::kBlock) {
+            visit(surface.block_boxes[block]);
+        } else {
+            Box3f box;
+            for (std::size_t i = std::size_t{first} * 3; i < std::size_t{end} * 3; ++i) {
+                box = unite(box, surface.positions[surface.indices[i]]);
+            }
+            visit(box);
+        }
+        first = end;
+    }
+}
+
 /// Notes for every square of pixels at which depths the cells of a draw may be met. Most of a split
 /// item may be shown by images, and rays there would have to pass all of it.
 void add_depths(const Pass& pass, Draw& draw, FrameWork& work) {
@@ -161,13 +182,7 @@ void add_depths(const Pass& pass, Draw& draw, FrameWork& work) {
         }
     };
     for (std::uint32_t i = draw.first_cell; i < draw.first_cell + draw.cell_count; ++i) {
-        const Cell& cell = work.cells[i];
-        const std::uint32_t end = cell.first_triangle + cell.triangle_count;
-        for (std::uint32_t block = cell.first_triangle / Surface::kBlock;
-             block * Surface::kBlock < end;
-             ++block) {
-            add_block(draw.item->surface->block_boxes[block]);
-        }
+        for_boxes(*draw.item->surface, work.cells[i], add_block);
     }
 }
 
@@ -375,12 +390,9 @@ void add_split_draws(const CastScene& scene, const Pass& pass, FrameWork& work) 
         bool alike = true;
         for (const Cell& cell : cells) {
             alike = alike && cell.use_count == 1 && same_uses(work, cells.front(), cell);
-            const std::uint32_t end = cell.first_triangle + cell.triangle_count;
-            for (std::uint32_t block = cell.first_triangle / Surface::kBlock;
-                 block * Surface::kBlock < end;
-                 ++block) {
-                box = unite(box, draw.item->surface->block_boxes[block]);
-            }
+            for_boxes(*draw.item->surface, cell, [&](const Box3f& part) {
+                box = unite(box, part);
+            });
         }
         if (!place_draw(pass, box, draw)) {
             continue;
