@@ -89,10 +89,16 @@ std::optional<Domination> domination(const ComparedRun& run, const ComparedRun& 
 
 void find_dominations(ComparedWalk& walk) {
     for (ComparedRun& run : walk.runs) {
-        for (std::size_t other = 0; other < walk.runs.size() && !run.dominated; ++other) {
-            run.dominated = domination(run, walk.runs[other]);
-            if (run.dominated) {
-                run.dominated->by = other;
+        for (std::size_t other = 0; other < walk.runs.size(); ++other) {
+            std::optional<Domination> found = domination(run, walk.runs[other]);
+            const bool baseline = is_baseline(walk.runs[other].run->figures);
+            if (!found || (run.dominated && !baseline)) {
+                continue;
+            }
+            found->by = other;
+            run.dominated = found;
+            if (baseline) {
+                break;
             }
         }
         run.mark.faint = run.dominated.has_value();

@@ -25,7 +25,8 @@ struct Nearness {
 
 /// Another run is faster, and nearer or as near.
 struct Domination {
-    std::size_t by = 0; ///< index into `ComparedWalk::runs`: the fastest that dominates
+    /// Index into `ComparedWalk::runs`: of the baselines that dominate the fastest, else of all.
+    std::size_t by = 0;
     const Nearness* nearness = nullptr;
     bool equal = false; ///< as near
 };

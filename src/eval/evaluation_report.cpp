@@ -100,7 +100,7 @@ constexpr std::string_view kStyleSheet = R"css(
 *{box-sizing:border-box}
 body{margin:0 auto;padding:1.2rem clamp(.8rem,3vw,2.5rem) 4rem;max-width:120rem;
 background:var(--paper);color:var(--ink);
-font:16px/1.5 system-ui,"Helvetica Neue",Helvetica,Arial,"Liberation Sans",sans-serif}
+font:16px/1.5 system-ui,Arial,"Liberation Sans",Helvetica,sans-serif}
 h1{font-size:1.75rem;line-height:1.2;margin:.5rem 0}
 h2{font-size:1.35rem;margin:0 0 .6rem}
 h3{font-size:1.1rem;margin:2rem 0 .6rem}
@@ -116,7 +116,7 @@ dl.facts dd{margin:0;overflow-wrap:anywhere}
 .wide{overflow-x:auto}
 table{border-collapse:collapse;font-size:.85rem;font-variant-numeric:tabular-nums}
 th,td{padding:.3rem .6rem;text-align:right;white-space:nowrap;border-bottom:1px solid var(--line)}
-thead th{font-weight:600;vertical-align:bottom}
+thead th{font-weight:600;vertical-align:bottom;white-space:normal;max-width:7.5em}
 thead .groups th{text-align:left;border-bottom:none;color:var(--quiet);font-weight:400}
 th.group,td.group{border-left:1px solid var(--line)}
 tbody th{font-weight:600;text-align:left;position:sticky;left:0;background:var(--paper)}
@@ -136,7 +136,8 @@ figcaption{color:var(--quiet);font-size:.85rem}
 .zoom:checked~.pictures img{width:calc(var(--width)*4);height:auto}
 @media print{@page{size:landscape;margin:10mm}body{font-size:10pt;padding:0}
 table{font-size:6.5pt}th,td{padding:.12rem .25rem}.wide,.chart{overflow:visible}
-.chart svg{min-width:0}figure,tr{break-inside:avoid}.zoom,.zoom+label{display:none}
+.plots{grid-template-columns:1fr 1fr}h2,h3,h4{break-after:avoid}
+.chart svg{min-width:0}figure,tr,.worst{break-inside:avoid}.zoom,.zoom+label{display:none}
 .pictures{flex-wrap:nowrap}.pictures figure{flex:1 1 0}
 .pictures img,.zoom:checked~.pictures img{width:100%;height:auto}}
 )css";
@@ -360,21 +361,16 @@ std::string table(const ComparedWalk& walk) {
 std::string domination_text(const ComparedWalk& walk, const ComparedRun& run) {
     const ComparedRun& other = walk.runs[run.dominated->by];
     const detail::Nearness& nearness = *run.dominated->nearness;
-    const std::string figures = std::string(nearness.figure) + " " +
-                                figure_text(nearness.value(other.run->figures)) + " against " +
-                                figure_text(nearness.value(run.run->figures));
-    const std::string who =
-        std::string(detail::is_baseline(other.run->figures) ? "the baseline " : "") + "\u201C" +
-        detail::label(walk, other) + "\u201D";
-    const std::string times =
-        figure_text(other.mean_ms) + " against " + figure_text(run.mean_ms) + " ms a frame";
-    const std::string self = "\u201C" + detail::label(walk, run) + "\u201D";
-    if (run.dominated->equal) {
-        return self + " is slower than " + who + " at equal measured error: " + times + ", " +
-               figures + ".";
-    }
-    return self + " is slower than " + who + " and further from " + std::string(nearness.target) +
-           ": " + times + ", " + figures + ".";
+    std::string text = "\u201C" + detail::label(walk, run) + "\u201D is slower than ";
+    text += detail::is_baseline(other.run->figures) ? "the baseline \u201C" : "\u201C";
+    text += detail::label(walk, other) + "\u201D ";
+    text += run.dominated->equal ? "at equal measured error"
+                                 : "and further from " + std::string(nearness.target);
+    text += ": " + figure_text(run.mean_ms) + " and " + figure_text(other.mean_ms) +
+            " ms a frame; " + std::string(nearness.figure) + " " +
+            figure_text(nearness.value(run.run->figures)) + " and " +
+            figure_text(nearness.value(other.run->figures));
+    return text + ".";
 }
 
 /// What the figures say, in plain words.

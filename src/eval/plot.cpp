@@ -4,6 +4,9 @@
 #include "plot_axis.hpp"
 #include "plot_labels.hpp"
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,6 +29,7 @@ constexpr double kLineHeight = 15.0;
 constexpr double kMarkerRadius = 4.5;
 constexpr double kLeader = 26.0; // from the area to the labels beside it
 constexpr std::size_t kLongestLabel = 34;
+constexpr std::size_t kCaptionLine = 115; // characters
 
 std::string number(double value) {
     return fixed_text(value, 1);
@@ -217,14 +221,16 @@ void draw_series(Svg& svg, const Plot& plot, const Area& area, const PlotSeries&
         }
         if (!path.empty()) {
             svg.raw(
-                "<path class=\"" + line_classes(series.mark) + (series.dots ? "" : " thin") +
+                "<path class=\"" + line_classes(series.mark) + (series.mark.faint ? " thin" : "") +
                 "\" d=\"" + path + "\"/>\n"
             );
         }
     }
     bool drawn = false;
     for (const glm::dvec2& point : series.points) {
-        if (has_place(plot, point) && (series.dots || !drawn)) {
+        const bool wanted =
+            series.dots == PlotDots::all || (series.dots == PlotDots::first && !drawn);
+        if (wanted && has_place(plot, point)) {
             draw_marker(svg, area.at(point), series.mark);
             drawn = true;
         }
@@ -240,7 +246,8 @@ void draw_labels_right(Svg& svg, const Plot& plot, const Area& area) {
     };
     std::vector<Label> labels;
     for (const PlotSeries& series : plot.series) {
-        if (const std::optional<glm::dvec2> last = last_point(plot, series)) {
+        const std::optional<glm::dvec2> last = last_point(plot, series);
+        if (last && !series.label.empty()) {
             labels.push_back({series.label, series.mark, area.at(*last)});
         }
     }
@@ -285,27 +292,28 @@ void draw_labels_at_points(Svg& svg, const Plot& plot, const Area& area) {
     std::vector<PointLabel> labels;
     std::vector<const PlotSeries*> owners;
     for (const PlotSeries& series : plot.series) {
-        if (const std::optional<glm::dvec2> last = last_point(plot, series)) {
+        const std::optional<glm::dvec2> last = last_point(plot, series);
+        if (last && !series.label.empty()) {
             const std::string text = shortened(valid_utf8(series.label), kLongestLabel);
             labels.push_back({area.at(*last), {text_width(text, kLabelSize), kLabelSize}, text});
             owners.push_back(&series);
         }
     }
-    const LabelArea room{{area.left, area.top}, {kWidth - 4.0, area.bottom}};
+    const LabelArea room{{area.left, area.top}, {kWidth - 8.0, area.bottom}};
     const std::vector<glm::dvec2> corners = places_beside(labels, kMarkerRadius + 2.0, room);
+    // All leaders first, so that none crosses a label that is already there.
     for (std::size_t index = 0; index < labels.size(); ++index) {
         const PointLabel& label = labels[index];
-        const glm::dvec2 nearest = glm::dvec2(
-            std::clamp(label.point.x, corners[index].x, corners[index].x + label.size.x),
-            std::clamp(label.point.y, corners[index].y, corners[index].y + label.size.y)
-        );
-        const glm::dvec2 way = nearest - label.point;
-        if (std::hypot(way.x, way.y) > 3.0 * kMarkerRadius) {
+        const glm::dvec2 nearest =
+            glm::clamp(label.point, corners[index], corners[index] + label.size);
+        if (glm::distance(nearest, label.point) > 3.0 * kMarkerRadius) {
             svg.line(label.point, nearest, "leader");
         }
+    }
+    for (std::size_t index = 0; index < labels.size(); ++index) {
         svg.text(
-            corners[index] + glm::dvec2(0.0, label.size.y - 2.5),
-            label.text,
+            corners[index] + glm::dvec2(0.0, labels[index].size.y - 2.5),
+            labels[index].text,
             kLabelSize,
             owners[index]->mark.faint ? "quiet halo" : "ink halo"
         );
@@ -315,8 +323,7 @@ void draw_labels_at_points(Svg& svg, const Plot& plot, const Area& area) {
 /// Captions below the drawing. @return height of everything
 double draw_captions(Svg& svg, const std::vector<std::string>& captions, double y) {
     for (const std::string& caption : captions) {
-        for (const std::string& line :
-             wrapped(valid_utf8(caption), kTextSize, kWidth - 2.0 * kMargin)) {
+        for (const std::string& line : wrapped(valid_utf8(caption), kCaptionLine)) {
             svg.text({kMargin, y}, line, kTextSize, "quiet");
             y += kTextSize + 4.0;
         }
@@ -383,12 +390,11 @@ std::string plot_style_sheet() {
         }
         return text;
     };
-    return ".plot{font-family:system-ui,'Helvetica Neue',Helvetica,Arial,'Liberation Sans',"
-           "sans-serif}"
+    return ".plot{font-family:Arial,'Liberation Sans',Helvetica,sans-serif}"
            ".plot path{fill:none;stroke-linejoin:round;stroke-linecap:round}"
            ".plot .line{stroke-width:2}.plot .thin{stroke-width:1.2}"
            ".plot .marker{stroke-width:1.8}"
-           ".plot .axis{stroke-width:1.2}.plot .leader{stroke-width:.7}"
+           ".plot .axis{stroke-width:1.2}.plot .leader{stroke-width:.8;stroke-dasharray:1 3}"
            ".plot .level{stroke-width:1.4;stroke-dasharray:7 5}"
            ".plot .limit{stroke-width:2.2}"
            ".plot .d1{stroke-dasharray:7 4}.plot .d2{stroke-dasharray:2 4}"
@@ -406,7 +412,7 @@ std::string to_svg(const Plot& plot, SvgUse use) {
     std::size_t lines = plot.levels.size();
     double longest = 0.0;
     for (const PlotSeries& series : plot.series) {
-        ++lines;
+        lines += series.label.empty() ? 0 : 1;
         for (const glm::dvec2& point : series.points) {
             if (has_place(plot, point)) {
                 xs.push_back(point.x);
@@ -548,6 +554,28 @@ std::string to_svg(const BarPlot& plot, SvgUse use) {
     svg.text({(left + right) / 2.0, bottom + 41.0}, plot.axis_title, kTextSize, "ink middle");
     const double height = draw_captions(svg, plot.captions, bottom + 68.0);
     return svg.finished(plot.title, height, use);
+}
+
+std::vector<glm::dvec2> smoothed(const std::vector<glm::dvec2>& points, std::size_t window) {
+    std::vector<glm::dvec2> result = points;
+    std::vector<double> around;
+    for (std::size_t index = 0; index < points.size(); ++index) {
+        if (!std::isfinite(points[index].y)) {
+            continue;
+        }
+        around.clear();
+        const std::size_t begin = index - std::min(index, window / 2);
+        const std::size_t end = std::min(points.size(), index + window / 2 + 1);
+        for (std::size_t other = begin; other < end; ++other) {
+            if (std::isfinite(points[other].y)) {
+                around.push_back(points[other].y);
+            }
+        }
+        const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
+        std::nth_element(around.begin(), middle, around.end());
+        result[index].y = *middle;
+    }
+    return result;
 }
 
 std::vector<glm::dvec2> thinned(const std::vector<glm::dvec2>& points, std::size_t columns) {

@@ -27,12 +27,15 @@ struct PlotMark {
     bool faint = false;
 };
 
+/// Which points of a series have a marker.
+enum class PlotDots : std::uint8_t { none, first, all };
+
 struct PlotSeries {
-    std::string label;
+    std::string label; ///< empty: none
     PlotMark mark;
     std::vector<glm::dvec2> points; ///< one that has no place breaks the line
     bool joined = true;             ///< by a line
-    bool dots = true;               ///< a marker at every point; else at the first alone
+    PlotDots dots = PlotDots::all;
 };
 
 /// A dashed line at one value of y.
@@ -95,6 +98,11 @@ enum class SvgUse : std::uint8_t {
 
 [[nodiscard]] std::string to_svg(const Plot& plot, SvgUse use);
 [[nodiscard]] std::string to_svg(const BarPlot& plot, SvgUse use);
+
+/// The median of y over the `window` points around each, fewer at the ends; a point without a
+/// finite y stays one. @pre window is odd
+[[nodiscard]] std::vector<glm::dvec2>
+smoothed(const std::vector<glm::dvec2>& points, std::size_t window);
 
 /// At most four points for each of `columns` stretches of a line: first, least, most and last in
 /// their order, so that no peak is lost. A gap in a stretch is kept.

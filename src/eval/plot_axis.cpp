@@ -30,6 +30,10 @@ struct RoundValue {
 
     [[nodiscard]] std::string label() const {
         constexpr int kFewDigits = 5;
+        constexpr int kMillion = 6;
+        if (decade >= kMillion && decade < kMillion + 3) {
+            return tick_text(kSteps[step] * std::pow(10.0, decade - kMillion)) + " M";
+        }
         if (decade < -kFewDigits || decade > kFewDigits) {
             return fixed_text(kSteps[step], 0) + "e" + std::to_string(decade);
         }

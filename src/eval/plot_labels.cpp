@@ -58,11 +58,11 @@ std::vector<glm::dvec2> candidates(const PointLabel& label, double radius) {
 } // namespace
 
 double text_width(std::string_view text, double size) noexcept {
-    constexpr double kMeanWidth = 0.56; // of a character, in font sizes
+    constexpr double kMeanWidth = 0.6; // of a character, in font sizes
     return kMeanWidth * size * static_cast<double>(character_count(text));
 }
 
-std::vector<std::string> wrapped(std::string_view text, double size, double width) {
+std::vector<std::string> wrapped(std::string_view text, std::size_t most) {
     std::vector<std::string> lines;
     std::string line;
     while (!text.empty()) {
@@ -70,7 +70,7 @@ std::vector<std::string> wrapped(std::string_view text, double size, double widt
         const std::string word(text.substr(0, space));
         text.remove_prefix(std::min(space + 1, text.size()));
         const std::string longer = line.empty() ? word : line + " " + word;
-        if (!line.empty() && text_width(longer, size) > width) {
+        if (!line.empty() && character_count(longer) > most) {
             lines.push_back(line);
             line = word;
         } else {
@@ -124,10 +124,15 @@ places_beside(std::span<const PointLabel> labels, double radius, const LabelArea
         constexpr double kOutside = 1000.0;
         constexpr double kOnLabel = 20.0;
         constexpr double kOnPoint = 8.0;
+        constexpr double kNearPoint = 0.04;
         double sum = kOutside * (size - overlap(here, room));
         for (std::size_t other = 0; other < labels.size(); ++other) {
             const glm::dvec2& point = labels[other].point;
             sum += kOnPoint * overlap(here, {point - radius, point + radius});
+            if (other != index) {
+                const double near = 2.5 * radius; // there it would seem to belong to the other
+                sum += kNearPoint * overlap(here, {point - near, point + near});
+            }
             if (other != index && placed[other]) {
                 sum += kOnLabel * overlap(here, label_at(labels[other], corners[other]));
             }

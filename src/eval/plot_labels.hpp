@@ -2,6 +2,7 @@
 
 #include <glm/vec2.hpp>
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,8 +15,8 @@ namespace farfield::eval::detail {
 /// valid UTF-8
 [[nodiscard]] double text_width(std::string_view text, double size) noexcept;
 
-/// The text in lines of at most `width`, broken between words. @pre valid UTF-8
-[[nodiscard]] std::vector<std::string> wrapped(std::string_view text, double size, double width);
+/// The text in lines of at most `most` characters where its words allow it. @pre valid UTF-8
+[[nodiscard]] std::vector<std::string> wrapped(std::string_view text, std::size_t most);
 
 /// Heights as near to the wanted ones as they can be at `spacing` from each other (the least sum of
 /// squares), and then inside `top` to `bottom` where that is long enough.

@@ -72,12 +72,12 @@ void name_missing(std::vector<std::string>& captions, const std::vector<std::str
     captions.push_back("Not measured: " + text + ".");
 }
 
-std::vector<glm::dvec2> by_frame(const EvaluatedRun& run) {
+std::vector<glm::dvec2> time_by_frame(const EvaluatedRun& run) {
     std::vector<glm::dvec2> points;
     for (std::size_t frame = 0; frame < run.frame_ms.size(); ++frame) {
         points.emplace_back(static_cast<double>(frame), run.frame_ms[frame]);
     }
-    return thinned(points, kColumns);
+    return points;
 }
 
 std::vector<glm::dvec2> disparity_by_frame(const EvaluatedRun& run) {
@@ -86,25 +86,63 @@ std::vector<glm::dvec2> disparity_by_frame(const EvaluatedRun& run) {
     for (std::size_t frame = 0; frame < run.disparity_p99_px.size(); ++frame) {
         points.emplace_back(static_cast<double>(frame), run.disparity_p99_px[frame].value_or(kGap));
     }
-    return thinned(points, kColumns);
+    return points;
 }
 
-/// A plot over the frames of a walk, one line a run.
-template <typename PointsOf>
-Plot over_frames(const ComparedWalk& walk, const PointsOf& points_of) {
+/// A plot over the frames of a walk: every run as it was measured, pale, and of long walks its
+/// medians above. Runs of one technique lie close, so here each has a hue of its own.
+Plot over_frames(
+    const ComparedWalk& walk, std::vector<glm::dvec2> (*points_of)(const EvaluatedRun&)
+) {
     Plot plot;
     plot.x = {"frame of the walk", PlotScale::linear_tight};
+    plot.captions = {devices_text(walk)};
+    std::size_t frames = 0;
     for (const ComparedRun& run : walk.runs) {
-        std::vector<glm::dvec2> points = points_of(*run.run);
+        frames = std::max(frames, points_of(*run.run).size());
+    }
+    constexpr std::size_t kShort = 200; // frames, which can be told apart
+    constexpr std::size_t kWindows = 60;
+    const std::size_t window = frames / kWindows / 2 * 2 + 1;
+    const bool smooth = frames >= kShort;
+    std::vector<PlotSeries> medians;
+    unsigned hues = 0;
+    for (const ComparedRun& run : walk.runs) {
+        const std::vector<glm::dvec2> points = points_of(*run.run);
         const bool any = std::any_of(points.begin(), points.end(), [](const glm::dvec2& point) {
             return std::isfinite(point.y);
         });
-        if (any) {
-            PlotMark mark = run.mark;
-            mark.faint = false; // lines that cross are hard enough to follow
-            plot.series.push_back({label(walk, run), mark, std::move(points), true, false});
+        if (!any) {
+            continue;
         }
+        PlotMark mark = run.mark;
+        mark.faint = false;
+        mark.dash = 0;
+        if (mark.color != 0) {
+            mark.color = 1 + hues % (kPlotColors - 1);
+            mark.dash = hues / (kPlotColors - 1);
+            ++hues;
+        }
+        const std::string name = label(walk, run);
+        if (smooth) {
+            medians.push_back(
+                {name, mark, thinned(smoothed(points, window), kColumns), true, PlotDots::none}
+            );
+            mark.faint = true;
+            mark.dash = 0;
+        }
+        plot.series.push_back(
+            {smooth ? "" : name, mark, thinned(points, kColumns), true, PlotDots::first}
+        );
     }
+    if (!medians.empty()) {
+        plot.captions.push_back(
+            "Pale: every frame. Full: the median of the " + std::to_string(window) +
+            " frames around."
+        );
+    }
+    // The first series lie above the later ones.
+    plot.series.insert(plot.series.begin(), medians.begin(), medians.end());
     return plot;
 }
 
@@ -174,7 +212,7 @@ Plot error_by_speedup(
         }
         any_dominated = any_dominated || run.dominated;
         plot.series.push_back(
-            {label(walk, run), run.mark, {glm::dvec2(*run.speedup, *value)}, false, true}
+            {label(walk, run), run.mark, {glm::dvec2(*run.speedup, *value)}, false}
         );
     }
     plot.captions.emplace_back(
@@ -278,7 +316,8 @@ void add_plots_across(
         for (const ComparedRun& run : walk.runs) {
             const RunReport& figures = run.run->figures;
             const std::optional<Counts> counts = counts_of(figures);
-            if (!counts || !finite(figures.speedup.overall)) {
+            // Against itself, plain geometry has nothing to tell.
+            if (!counts || !finite(figures.speedup.overall) || run.mark.color == 0) {
                 continue;
             }
             const WalkIdentity family{
@@ -302,7 +341,7 @@ void add_plots_across(
         Plot plot;
         plot.title = across.title;
         plot.x = {across.x_title, PlotScale::logarithmic};
-        plot.y = {"speed-up over plain geometry of the same device [x]", PlotScale::logarithmic};
+        plot.y = {"speed-up over plain geometry [x]", PlotScale::logarithmic};
         std::set<std::string> devices;
         for (auto& [identity, found] : lines) {
             std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
@@ -335,7 +374,9 @@ void add_plots_across(
         }
         plot.captions = {
             caption + ".",
-            "Time of plain geometry over that of the run, over all frames, the first included."};
+            "Time of plain geometry on the same device over that of the run, summed over all "
+            "frames, "
+            "the first included."};
         ++number;
         const std::string suffix = number == 1 ? "" : "_" + std::to_string(number);
         plots.push_back(rendered(across.stem + suffix + ".svg", plot));
@@ -346,11 +387,10 @@ void add_plots_across(
 
 std::vector<ReportPlot> plots_of_walk(const ComparedWalk& walk, const std::string& stem) {
     std::vector<ReportPlot> plots;
-    Plot times = over_frames(walk, by_frame);
+    Plot times = over_frames(walk, time_by_frame);
     if (!times.series.empty()) {
         times.title = "Time of every frame";
         times.y = {"time of a frame [ms]", PlotScale::logarithmic};
-        times.captions = {devices_text(walk)};
         plots.push_back(rendered(stem + "_frame_times.svg", times));
     }
     if (const Plot plot = speedup_by_threshold(walk); !plot.series.empty()) {
@@ -379,7 +419,6 @@ std::vector<ReportPlot> plots_of_walk(const ComparedWalk& walk, const std::strin
         by_frame_disparity.title = "Disparity of every frame";
         by_frame_disparity.y = {
             "disparity of 99 % of image pixels is less [px]", PlotScale::linear};
-        by_frame_disparity.captions = {devices_text(walk)};
         plots.push_back(rendered(stem + "_disparity_frames.svg", by_frame_disparity));
     }
     if (const BarPlot bars = memory_bars(walk); shows_anything(bars)) {
