@@ -76,7 +76,11 @@ Technique::create(const World& world, const RunOptions& options, Backend& backen
     }
     if (options.technique == "mesh-lod") {
         const LodTable& table = options.levels == "collapse" ? world.collapsed : world.clustered;
-        auto made = MeshLod::create(world.hierarchy, table, {.error_px = options.cache.error_px});
+        // Pixels become angles as for images, or the two would promise different things.
+        const ImageCacheOptions cache = presets::shade1996(options.cache);
+        auto made = MeshLod::create(
+            world.hierarchy, table, {.error_px = cache.error_px, .conversion = cache.conversion}
+        );
         if (!made) {
             return tl::unexpected(made.error());
         }

@@ -2,7 +2,10 @@
 #include <farfield/gpu/frame_plan.hpp>
 #include <farfield/math/view.hpp>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include <algorithm>
@@ -34,6 +37,9 @@ constexpr double kEnough = 2e-3; // [s]
 // A count is not doubled any more once a single plan takes this share of the time there is.
 constexpr double kLargestShare = 1.0 / 64.0;
 constexpr double kFloor = 1e-12; // [s]
+// Pixels are told apart from triangles where they take at least this share of the time.
+constexpr double kLeastPixelShare = 0.5;
+constexpr std::int32_t kSmallFrame = 128; // [px]
 // Draws that differ less than this in triangles do not tell triangles from draws.
 constexpr double kLeastSpread = 1.1;
 
@@ -150,6 +156,8 @@ class Calibration {
     void make_pages();
     void measure_quads(CostModel& model);
     void measure_images(CostModel& model);
+    [[nodiscard]] double covered_share() const;
+    void measure_pixels(CostModel& model);
     void measure_geometry(CostModel& model);
     [[nodiscard]] std::vector<FramePlan> item_plans();
     [[nodiscard]] std::vector<FramePlan> piece_plans();
@@ -442,6 +450,48 @@ std::vector<FramePlan> Calibration::piece_plans() {
     return plans;
 }
 
+/// Share of the frame that the scene's box may cover.
+double Calibration::covered_share() const {
+    const Box3f box = bounds(hierarchy_->nodes[0]);
+    glm::dvec2 lo(1.0);
+    glm::dvec2 hi(0.0);
+    for (unsigned index = 0; index < 8; ++index) {
+        const glm::dvec3 world = hierarchy_->origin + glm::dvec3(corner(box, index));
+        const glm::dvec3 camera = glm::transpose(view_.camera_to_world) * (world - view_.eye);
+        const Lens& lens = view_.lens;
+        const glm::dvec2 at(
+            (camera.x / -camera.z - lens.left) / (lens.right - lens.left),
+            (camera.y / -camera.z - lens.bottom) / (lens.top - lens.bottom)
+        );
+        lo = glm::min(lo, at);
+        hi = glm::max(hi, at);
+    }
+    const glm::dvec2 covered = glm::clamp(hi, 0.0, 1.0) - glm::clamp(lo, 0.0, 1.0);
+    return std::max(covered.x * covered.y, 1.0 / square(kFrameSize));
+}
+
+/// The same geometry on many pixels and on few.
+void Calibration::measure_pixels(CostModel& model) {
+    const auto whole = geometry_plan(hierarchy_->items, hierarchy_->pieces);
+    FramePlan few = whole;
+    Pass& frame = few.passes.back();
+    frame.view.width = kSmallFrame;
+    frame.view.height = kSmallFrame;
+    frame.viewport = {0, 0, kSmallFrame, kSmallFrame};
+    frame.scissor = frame.viewport;
+    execute(whole);
+    execute(few);
+    const std::vector<double> times = time_in_turns({whole, few});
+    const double pixels = (square(kFrameSize) - square(kSmallFrame)) * covered_share();
+    const double all_s = times[0] - empty_s_;
+    const double pixel_s = (times[0] - times[1]) / pixels;
+    // Triangles cost on few pixels what they cost on many. Where they are what takes time, pixels
+    // are lost in it, and what a triangle costs has them in it.
+    const bool told_apart =
+        pixel_s * square(kFrameSize) * covered_share() >= kLeastPixelShare * all_s;
+    model.geometry_pixel_s = told_apart ? std::max(pixel_s, 0.0) : 0.0;
+}
+
 void Calibration::measure_geometry(CostModel& model) {
     std::vector<FramePlan> plans = item_plans();
     for (FramePlan& plan : piece_plans()) {
@@ -458,7 +508,9 @@ void Calibration::measure_geometry(CostModel& model) {
             sample.triangles += piece.count;
         }
         sample.draws = static_cast<double>(plans[i].items.size() + plans[i].pieces.size());
-        sample.time_s = times[i] - empty_s_;
+        // Whatever they cover, it is no more than the scene does.
+        const double pixels_s = model.geometry_pixel_s * square(kFrameSize) * covered_share();
+        sample.time_s = std::max(times[i] - empty_s_ - pixels_s, 0.0);
         samples.push_back(sample);
     }
     fit_geometry(samples, model);
@@ -475,10 +527,12 @@ Result<CostModel> Calibration::run() {
         empty_s_ = time_once(empty_plan());
     }
     // Geometry costs most to measure and is worth most.
-    begin_stage(0.25);
+    begin_stage(0.2);
     measure_quads(model);
-    begin_stage(0.5);
+    begin_stage(0.4);
     measure_images(model);
+    begin_stage(0.6);
+    measure_pixels(model);
     begin_stage(1.0);
     measure_geometry(model);
     if (error_) {

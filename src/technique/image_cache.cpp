@@ -802,10 +802,7 @@ ImageCache::create(const Hierarchy& hierarchy, const ImageCacheOptions& options)
         const bool small =
             static_cast<double>(root.piece_primitives) <=
             kSmallSurfaceShare * static_cast<double>(farfield::primitive_count(root));
-        // Where pixels of geometry are dear, few triangles that cover many are no small matter.
-        const bool cheap_pixels = options.costs.geometry_pixel_s <= options.costs.image_pixel_s;
-        impl->surfaces =
-            small && cheap_pixels ? SurfacePlacement::first : SurfacePlacement::in_images;
+        impl->surfaces = small ? SurfacePlacement::first : SurfacePlacement::in_images;
     }
     return ImageCache(std::move(impl));
 }

@@ -4,6 +4,9 @@
 #include <farfield/gpu/plan_work.hpp>
 
 #include <catch2/catch.hpp>
+#include <glm/common.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec2.hpp>
 
 #include <cmath>
 #include <cstdint>
@@ -21,7 +24,11 @@ class ModelBackend final : public Backend {
   public:
     ModelBackend(const SmallWorld& world, const CostModel& model, double frame_s)
         : checker_(world.item_primitives, &world.hierarchy), primitives_(world.item_primitives),
-          model_(model), frame_s_(frame_s) {}
+          origin_(world.hierarchy.origin), model_(model), frame_s_(frame_s) {
+        if (!world.hierarchy.nodes.empty()) {
+            box_ = bounds(world.hierarchy.nodes[0]);
+        }
+    }
 
     [[nodiscard]] Result<void>
     execute(const FramePlan& plan, TargetId target, const FrameClear& clear) noexcept override {
@@ -37,6 +44,7 @@ class ModelBackend final : public Backend {
             for (std::uint32_t c = 0; c < pass.command_count; ++c) {
                 const Command& command = plan.commands[pass.first_command + c];
                 if (command.kind != Command::Kind::images) {
+                    seconds += model_.geometry_pixel_s * covered_pixels(pass.view);
                     seconds += model_.draw_call_s * (command.count + command.piece_count);
                     continue;
                 }
@@ -81,8 +89,27 @@ class ModelBackend final : public Backend {
     std::uint64_t fail_at = 0; ///< this execution fails; 0: none
 
   private:
+    /// Of the rectangle around the whole scene, which has to be before the eye.
+    [[nodiscard]] double covered_pixels(const View& view) const {
+        glm::dvec2 lo(1e9);
+        glm::dvec2 hi(-1e9);
+        for (unsigned index = 0; index < 8; ++index) {
+            const glm::dvec3 offset = origin_ + glm::dvec3(corner(box_, index)) - view.eye;
+            const glm::dvec3 at = glm::transpose(view.camera_to_world) * offset;
+            lo = glm::min(lo, glm::dvec2(at) / -at.z);
+            hi = glm::max(hi, glm::dvec2(at) / -at.z);
+        }
+        const Lens& lens = view.lens;
+        const double wide = std::min(hi.x, lens.right) - std::max(lo.x, lens.left);
+        const double high = std::min(hi.y, lens.top) - std::max(lo.y, lens.bottom);
+        return wide / (lens.right - lens.left) * high / (lens.top - lens.bottom) * view.width *
+               view.height;
+    }
+
     NullBackend checker_;
     std::vector<std::uint64_t> primitives_;
+    glm::dvec3 origin_{0.0};
+    Box3f box_;
     CostModel model_;
     double frame_s_;
     std::uint64_t executed_ = 0;
@@ -104,8 +131,8 @@ void check_close(const CostModel& measured, const CostModel& expected, double to
 }
 
 /// Software rendering, and what a graphics card may be like: all but triangles dearer than they.
-const CostModel kProcessor{1.2e-7, 1e-5, 5e-6, 4e-9, 5e-5, 1e-8};
-const CostModel kCard{5e-10, 4e-7, 3e-8, 2e-11, 8e-6, 1e-10};
+const CostModel kProcessor{1.2e-7, 1e-5, 5e-6, 4e-9, 5e-5, 1e-8, 0.0};
+const CostModel kCard{5e-10, 4e-7, 3e-8, 2e-11, 8e-6, 1e-10, 0.0};
 
 /// One tree mesh, many times; nothing is split.
 SmallWorld forest_world(int trees) {
@@ -132,6 +159,27 @@ TEST_CASE("Calibration recovers the model of a backend that keeps to one") {
         CHECK(validate(*measured).has_value());
         CHECK(backend.image_bytes() == 0);
     }
+}
+
+TEST_CASE("Where pixels of geometry are what costs, they are told apart from triangles") {
+    const SmallWorld world = make_world(small_scene());
+    CostModel model = kCard;
+    model.geometry_pixel_s = 1e-7;
+    ModelBackend backend(world, model, 1e-3);
+    const auto measured =
+        gpu::calibrate(backend, world.hierarchy, world.item_primitives, with_clock(backend));
+    REQUIRE(measured.has_value());
+    CHECK(measured->geometry_pixel_s == Approx(model.geometry_pixel_s).epsilon(1e-6));
+    check_close(*measured, model, 1e-3);
+
+    // A tenth of the time is lost in what triangles cost.
+    model = kProcessor;
+    model.geometry_pixel_s = 1e-9;
+    ModelBackend other(world, model, 1e-3);
+    const auto of_other =
+        gpu::calibrate(other, world.hierarchy, world.item_primitives, with_clock(other));
+    REQUIRE(of_other.has_value());
+    CHECK(of_other->geometry_pixel_s == 0.0);
 }
 
 TEST_CASE("Late frames and noise change little") {
@@ -207,7 +255,7 @@ TEST_CASE("One item, or one split item, is enough") {
 
 TEST_CASE("What costs nothing is at the floor, never below") {
     const SmallWorld world = make_world(small_scene());
-    ModelBackend backend(world, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 1e-3);
+    ModelBackend backend(world, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 1e-3);
     backend.noise = 0.1; // differences of noise alone have either sign
     const auto measured =
         gpu::calibrate(backend, world.hierarchy, world.item_primitives, with_clock(backend));
