@@ -30,20 +30,12 @@ template <typename T, int kBytes>
 [[nodiscard]] ImageTerms<Pack<T, kBytes>>
 load_image(const BatchInput<T>& input, std::size_t at) noexcept {
     const auto viewer = broadcast<T, kBytes>(input.viewer);
-    if (input.one_image) {
-        return image_terms(
-            broadcast<T, kBytes>(input.image),
-            broadcast<T, kBytes>(input.image + 3),
-            broadcast<T, kBytes>(input.image + 6),
-            viewer
-        );
-    }
-    return image_terms(
-        load_triple<T, kBytes>(input.image, at),
-        load_triple<T, kBytes>(input.image + 3, at),
-        load_triple<T, kBytes>(input.image + 6, at),
-        viewer
-    );
+    const auto points = [&](int column) {
+        return input.one_image ? broadcast<T, kBytes>(input.image + column)
+                               : load_triple<T, kBytes>(input.image + column, at);
+    };
+    const auto viewpoint = points(0);
+    return image_terms(viewpoint, points(3), points(6), viewer, viewer - viewpoint);
 }
 
 /// The last few elements of each column, filled up to a pack with the last one.

@@ -1,5 +1,4 @@
 #include "metric/reference.hpp"
-#include "support/golden.hpp"
 #include "support/random.hpp"
 #include <farfield/math/box3.hpp>
 #include <farfield/metric/angular_discrepancy.hpp>
@@ -23,47 +22,6 @@ template <typename T>
 using Vector = glm::vec<3, T>;
 
 } // namespace
-
-TEMPLATE_TEST_CASE("Bounds agree with the golden file", "", float, double) {
-    using T = TestType;
-    const support::GoldenFile file("box_max_discrepancy");
-    constexpr Real kLooser = std::is_same_v<T, float> ? 1e-3L : 1e-11L;
-    int rows = 0;
-    for (const support::GoldenRow& row : file.rows()) {
-        if (!row.serves<T>()) {
-            continue;
-        }
-        ++rows;
-        INFO("row " << row.name());
-        const ImagePlane<T> image{row.vector<T>("v0"), row.vector<T>("c"), row.vector<T>("n")};
-        const Box3<T> box{row.vector<T>("lo"), row.vector<T>("hi")};
-        const auto viewer = row.vector<T>("v");
-        const Measured<T> t1 = metric::bound_t1(image, box, viewer);
-        const Measured<T> t2 = metric::bound_t2(image, box, viewer);
-        const Measured<T> both = metric::angular_discrepancy_bound(image, box, viewer);
-        CHECK(t1.outcome == row.status());
-        CHECK(t2.outcome == row.status());
-        CHECK(both.outcome == row.status());
-        if (is_error(row.status())) {
-            CHECK((std::isnan(t1.value) && std::isnan(t2.value) && std::isnan(both.value)));
-            continue;
-        }
-        CHECK(both.value == std::min(t1.value, t2.value));
-        CHECK(metric::bound_t1_unchecked(image, box, viewer) == t1.value);
-        CHECK(metric::bound_t2_unchecked(image, box, viewer) == t2.value);
-        CHECK(metric::angular_discrepancy_bound_unchecked(image, box, viewer) == both.value);
-        const Real truth = row.number<Real>("theta_max");
-        if (truth > 3) {
-            CHECK(both.value == std::numbers::pi_v<T>);
-            continue;
-        }
-        CHECK(t1.value >= truth);
-        CHECK(t2.value >= truth);
-        const Real exact = std::min(row.number<Real>("bound_t1"), row.number<Real>("bound_t2"));
-        CHECK(both.value <= exact * (1 + kLooser));
-    }
-    CHECK(rows > 250);
-}
 
 TEMPLATE_TEST_CASE("No point of a box has a larger angle than the bound", "", float, double) {
     using T = TestType;

@@ -1,5 +1,4 @@
 #include "metric/reference.hpp"
-#include "support/golden.hpp"
 #include "support/random.hpp"
 #include <farfield/math/box3.hpp>
 #include <farfield/metric/angular_discrepancy.hpp>
@@ -22,11 +21,6 @@ using support::Real;
 template <typename T>
 using Vector = glm::vec<3, T>;
 
-template <typename T>
-ImagePlane<T> image_of(const support::GoldenRow& row) {
-    return {row.vector<T>("v0"), row.vector<T>("c"), row.vector<T>("n")};
-}
-
 /// Image plane z = -6 seen from the origin.
 template <typename T>
 ImagePlane<T> simple_image() {
@@ -34,36 +28,6 @@ ImagePlane<T> simple_image() {
 }
 
 } // namespace
-
-TEMPLATE_TEST_CASE("Angles of points agree with the golden file", "", float, double) {
-    using T = TestType;
-    const support::GoldenFile file("angular_discrepancy");
-    int rows = 0;
-    for (const support::GoldenRow& row : file.rows()) {
-        if (!row.serves<T>()) {
-            continue;
-        }
-        ++rows;
-        INFO("row " << row.name());
-        const ImagePlane<T> image = image_of<T>(row);
-        const auto viewer = row.vector<T>("v");
-        const auto point = row.vector<T>("a");
-        const Measured<T> measured = metric::angular_discrepancy(image, viewer, point);
-        CHECK(measured.outcome == row.status());
-        if (is_error(row.status())) {
-            CHECK(std::isnan(measured.value));
-            continue;
-        }
-        // The results next to zero may be denormal numbers, whose steps are not relative.
-        const Real limit =
-            8 * kRoundoff<T> * row.number<Real>("scale") + std::numeric_limits<T>::denorm_min();
-        CHECK(std::abs(Real(measured.value) - row.number<Real>("theta")) <= limit);
-        if (measured.outcome == MetricOutcome::ok) {
-            CHECK(metric::angular_discrepancy_unchecked(image, viewer, point) == measured.value);
-        }
-    }
-    CHECK(rows > 400);
-}
 
 TEMPLATE_TEST_CASE("Angles are exact where they are zero or pi", "", float, double) {
     using T = TestType;
@@ -223,42 +187,6 @@ TEMPLATE_TEST_CASE("Angles are those of the definition", "", float, double) {
         const Real limit = 8 * kRoundoff<T> * support::angle_scale(c.image, c.viewer, point);
         CHECK(std::abs(Real(angle) - expected) <= limit + 1e-14L);
     }
-}
-
-TEMPLATE_TEST_CASE("Corner estimates agree with the golden file", "", float, double) {
-    using T = TestType;
-    const support::GoldenFile file("box_max_discrepancy");
-    int rows = 0;
-    for (const support::GoldenRow& row : file.rows()) {
-        if (!row.serves<T>()) {
-            continue;
-        }
-        ++rows;
-        INFO("row " << row.name());
-        const ImagePlane<T> image = image_of<T>(row);
-        const Box3<T> box{row.vector<T>("lo"), row.vector<T>("hi")};
-        const auto viewer = row.vector<T>("v");
-        const Measured<T> measured = metric::corner_discrepancy(image, box, viewer);
-        CHECK(measured.outcome == row.status());
-        if (is_error(row.status())) {
-            CHECK(std::isnan(measured.value));
-            continue;
-        }
-        CHECK(metric::corner_discrepancy_unchecked(image, box, viewer) == measured.value);
-        if (row.status() != MetricOutcome::ok) {
-            CHECK(measured.value == std::numbers::pi_v<T>);
-            continue;
-        }
-        // The largest of eight angles, each within 8 units of its own scale, cannot be off by more
-        // than the largest of these errors.
-        Real limit = 0;
-        for (unsigned index = 0; index < 8; ++index) {
-            limit = std::max(limit, support::angle_scale(image, viewer, corner(box, index)));
-        }
-        const Real expected = row.number<Real>("theta_corners");
-        CHECK(std::abs(Real(measured.value) - expected) <= 8 * kRoundoff<T> * limit);
-    }
-    CHECK(rows > 250);
 }
 
 TEMPLATE_TEST_CASE("The corner estimate is the largest corner", "", float, double) {

@@ -1,5 +1,4 @@
 #include "metric/reference.hpp"
-#include "support/golden.hpp"
 #include "support/random.hpp"
 #include <farfield/math/view.hpp>
 #include <farfield/metric/pixel_angle.hpp>
@@ -20,68 +19,6 @@ using support::kRoundoff;
 using support::Real;
 
 } // namespace
-
-TEMPLATE_TEST_CASE("Pixels and angles agree with the golden file", "", float, double) {
-    using T = TestType;
-    const support::GoldenFile file("pixel_angle");
-    int rows = 0;
-    for (const support::GoldenRow& row : file.rows()) {
-        if (!row.serves<T>()) {
-            continue;
-        }
-        ++rows;
-        INFO("row " << row.name());
-        const T fov = row.number<T>("fovy");
-        const auto width = static_cast<int>(row.number<double>("width"));
-        const auto height = static_cast<int>(row.number<double>("height"));
-        const T pixels = row.number<T>("px");
-        const T angle = row.number<T>("theta");
-        const auto measured = metric::pixel_scale(fov, width, height);
-        const PixelScale<T>& scale = measured.scale;
-        const Measured<T> epsilon = metric::angle_of_pixels(scale, pixels);
-        const MetricOutcome outcome =
-            measured.outcome == MetricOutcome::ok ? epsilon.outcome : measured.outcome;
-        CHECK(outcome == row.status());
-        if (is_error(row.status())) {
-            CHECK(std::isnan(epsilon.value));
-            continue;
-        }
-        const auto check = [&](T value, const char* column, Real condition) {
-            INFO(column);
-            const Real expected = row.number<Real>(column);
-            if (std::isinf(expected)) {
-                CHECK(Real(value) == expected);
-            } else {
-                const Real limit = 4 * kRoundoff<T> * condition * expected;
-                CHECK(std::abs(Real(value) - expected) <= limit);
-            }
-        };
-        const Real fov_exact = fov;
-        const Real condition = 1 + fov_exact / std::sin(fov_exact);
-        check(scale.focal_px, "f_px", condition);
-        check(scale.corner_tangent, "r_corner", condition);
-        check(epsilon.value, "eps_px", condition);
-        check(metric::mean_pixel_angle(fov, height), "alpha_mean_y", 1);
-        check(metric::central_pixel_angle(scale), "alpha_centre", condition);
-        // Twice: the corner tangent enters squared.
-        check(metric::corner_pixel_angle(scale), "alpha_corner", 2 * condition);
-        CHECK(metric::angle_of_pixels_unchecked(scale, pixels) == epsilon.value);
-        if (row.has("eps_px_inside")) {
-            const Measured<T> inside = metric::angle_of_pixels_inside(scale, pixels);
-            // 1 + r (r - p/f) cancels by up to the ratio of its terms.
-            const Real r = row.number<Real>("r_corner");
-            const Real step = row.number<Real>("px") / row.number<Real>("f_px");
-            const Real terms = (1 + r * r + r * step) / std::hypot(step, 1 + r * (r - step));
-            check(inside.value, "eps_px_inside", condition * (1 + terms));
-        }
-        const Real tangent = std::tan(row.number<Real>("theta"));
-        const Real rest = 1 - row.number<Real>("r_corner") * tangent;
-        check(
-            metric::pixels_of_angle(scale, angle).value, "px_of_theta", condition / std::abs(rest)
-        );
-    }
-    CHECK(rows > 230);
-}
 
 TEMPLATE_TEST_CASE("Lenses and amounts out of range are named", "", float, double) {
     using T = TestType;

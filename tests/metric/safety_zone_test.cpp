@@ -1,5 +1,4 @@
 #include "metric/reference.hpp"
-#include "support/golden.hpp"
 #include "support/random.hpp"
 #include <farfield/math/box3.hpp>
 #include <farfield/metric/safety_zone.hpp>
@@ -25,35 +24,6 @@ template <typename T>
 using Vector = glm::vec<3, T>;
 
 } // namespace
-
-TEMPLATE_TEST_CASE("Safety distances agree with the golden file", "", float, double) {
-    using T = TestType;
-    const support::GoldenFile file("safety_zone");
-    int rows = 0;
-    for (const support::GoldenRow& row : file.rows()) {
-        if (!row.serves<T>()) {
-            continue;
-        }
-        ++rows;
-        INFO("row " << row.name());
-        const T to_point = row.number<T>("h");
-        const T to_image = row.number<T>("ht");
-        const T epsilon = row.number<T>("eps");
-        const Measured<T> measured = metric::safety_distance(to_point, to_image, epsilon);
-        CHECK(measured.outcome == row.status());
-        if (is_error(row.status())) {
-            CHECK(std::isnan(measured.value));
-            continue;
-        }
-        const Real expected = row.number<Real>("d");
-        CHECK(std::abs(Real(measured.value) - expected) <= 8 * kRoundoff<T> * expected);
-        CHECK(measured.value <= std::min(to_point, to_image));
-        CHECK(metric::safety_distance_unchecked(to_point, to_image, epsilon) == measured.value);
-        // Symmetric: what the paper's own formula is not.
-        CHECK(metric::safety_distance_unchecked(to_image, to_point, epsilon) == measured.value);
-    }
-    CHECK(rows > 280);
-}
 
 TEMPLATE_TEST_CASE("Safety distances at their limits", "", float, double) {
     using T = TestType;
@@ -123,51 +93,6 @@ TEST_CASE("At the safety distance the angle is attained and not exceeded") {
             CHECK(distance == std::min(to_point, to_image));
         }
     }
-}
-
-TEMPLATE_TEST_CASE("Zones of boxes agree with the golden file", "", float, double) {
-    using T = TestType;
-    const support::GoldenFile file("box_safety");
-    constexpr Real kShorter = std::is_same_v<T, float> ? 1e-4L : 1e-12L;
-    int rows = 0;
-    for (const support::GoldenRow& row : file.rows()) {
-        if (!row.serves<T>()) {
-            continue;
-        }
-        ++rows;
-        INFO("row " << row.name());
-        const ImagePlane<T> image{row.vector<T>("v0"), row.vector<T>("c"), row.vector<T>("n")};
-        const Box3<T> box{row.vector<T>("lo"), row.vector<T>("hi")};
-        const T epsilon = row.number<T>("eps");
-        const Measured<T> bound = metric::safety_distance_bound(image, box, epsilon);
-        const Measured<T> corners = metric::corner_safety_distance(image, box, epsilon);
-        CHECK(bound.outcome == row.status());
-        CHECK(corners.outcome == row.status());
-        if (is_error(row.status())) {
-            CHECK((std::isnan(bound.value) && std::isnan(corners.value)));
-            continue;
-        }
-        CHECK(metric::safety_distance_bound_unchecked(image, box, epsilon) == bound.value);
-        CHECK(metric::corner_safety_distance_unchecked(image, box, epsilon) == corners.value);
-        CHECK(bound.value <= row.number<Real>("d_true"));
-        CHECK(bound.value >= row.number<Real>("d_cons") * (1 - kShorter));
-        // Each corner's distance is |a - v0| times a ratio of D, z and e. Their first-order effect
-        // on it is at most theirs on these three, of which z and D are sums of three products.
-        Real limit = 0;
-        for (unsigned index = 0; index < 8; ++index) {
-            const RealVector n(image.normal);
-            const RealVector ray = RealVector(corner(box, index)) - RealVector(image.viewpoint);
-            const RealVector plane = RealVector(image.point) - RealVector(image.viewpoint);
-            const RealVector off = RealVector(image.point) - RealVector(corner(box, index));
-            const auto condition = [&](const RealVector& v) {
-                return glm::length(n) * glm::length(v) / std::abs(glm::dot(n, v));
-            };
-            limit = std::max({limit, condition(ray), condition(plane), condition(off)});
-        }
-        const Real expected = row.number<Real>("d_corners");
-        CHECK(std::abs(Real(corners.value) - expected) <= 16 * kRoundoff<T> * limit * expected);
-    }
-    CHECK(rows > 200);
 }
 
 TEMPLATE_TEST_CASE("In a box's safety zone no point errs by more than allowed", "", float, double) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 #include <string_view>
@@ -24,7 +25,7 @@ std::vector<std::string> split(const std::string& line) {
     return cells;
 }
 
-constexpr std::array<std::pair<std::string_view, MetricOutcome>, 16> kOutcomes{{
+constexpr std::array<std::pair<std::string_view, MetricOutcome>, 17> kOutcomes{{
     {"ok", MetricOutcome::ok},
     {"err_nonfinite", MetricOutcome::err_nonfinite},
     {"err_box", MetricOutcome::err_box},
@@ -41,6 +42,7 @@ constexpr std::array<std::pair<std::string_view, MetricOutcome>, 16> kOutcomes{{
     {"pi_inside", MetricOutcome::pi_inside},
     {"pi_backface", MetricOutcome::pi_backface},
     {"pi_degenerate", MetricOutcome::pi_degenerate},
+    {"pi_behind", MetricOutcome::pi_behind},
 }};
 
 float parse(const char* text, char** end, float /*type*/) {
@@ -55,10 +57,15 @@ long double parse(const char* text, char** end, long double /*type*/) {
 
 } // namespace
 
-GoldenRow::GoldenRow(const std::vector<std::string>& columns, std::vector<std::string> cells)
-    : columns_(&columns), cells_(std::move(cells)) {
+GoldenRow::GoldenRow(
+    const std::vector<std::string>& columns, std::vector<std::string> cells, int line
+)
+    : columns_(&columns), cells_(std::move(cells)), line_(line) {
     if (cells_.size() != columns.size()) {
-        throw std::runtime_error("golden row " + cells_.front() + " has a wrong number of cells");
+        throw std::runtime_error(
+            "line " + std::to_string(line) + " has " + std::to_string(cells_.size()) +
+            " cells, not " + std::to_string(columns.size())
+        );
     }
 }
 
@@ -80,7 +87,7 @@ T GoldenRow::number(const std::string& column) const {
     char* end = nullptr;
     const T value = parse(cell.c_str(), &end, T());
     if (cell.empty() || *end != '\0') {
-        throw std::runtime_error("golden row " + name() + ": no number in " + column);
+        throw std::runtime_error("row " + name() + ": no number in " + column);
     }
     return value;
 }
@@ -96,28 +103,35 @@ MetricOutcome GoldenRow::status() const {
             return outcome.first == status;
         });
     if (found == kOutcomes.end()) {
-        throw std::runtime_error("golden row " + name() + ": unknown status " + status);
+        throw std::runtime_error("row " + name() + ": unknown status " + status);
     }
     return found->second;
 }
 
 std::string GoldenRow::name() const {
-    return text("id") + " " + text("label");
+    return text("id") + " " + label() + " (line " + std::to_string(line_) + ")";
 }
 
-GoldenFile::GoldenFile(const std::string& name) {
-    const std::string path = std::string(FARFIELD_TEST_DATA) + "/golden/" + name + ".csv";
+GoldenFile::GoldenFile(const std::string& name)
+    : GoldenFile(std::filesystem::path(FARFIELD_TEST_DATA) / "golden", name) {}
+
+GoldenFile::GoldenFile(const std::filesystem::path& folder, const std::string& name) {
+    const std::filesystem::path path = folder / (name + ".csv");
     std::ifstream file(path);
     std::string line;
     if (!std::getline(file, line)) {
-        throw std::runtime_error("cannot read " + path);
+        throw std::runtime_error("cannot read " + path.string());
     }
     columns_ = split(line);
-    while (std::getline(file, line)) {
-        rows_.emplace_back(columns_, split(line));
+    try {
+        for (int number = 2; std::getline(file, line); ++number) {
+            rows_.emplace_back(columns_, split(line), number);
+        }
+    } catch (const std::runtime_error& error) {
+        throw std::runtime_error(path.string() + ": " + error.what());
     }
     if (rows_.empty()) {
-        throw std::runtime_error("no rows in " + path);
+        throw std::runtime_error("no rows in " + path.string());
     }
 }
 

@@ -5,6 +5,7 @@
 #include <glm/vec3.hpp>
 
 #include <cstddef>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,8 @@ namespace farfield::support {
 /// One line of a golden file.
 class GoldenRow {
   public:
-    GoldenRow(const std::vector<std::string>& columns, std::vector<std::string> cells);
+    /// @param line of the file, counted from 1
+    GoldenRow(const std::vector<std::string>& columns, std::vector<std::string> cells, int line);
 
     /// True where the column is not empty.
     [[nodiscard]] bool has(const std::string& column) const;
@@ -39,18 +41,24 @@ class GoldenRow {
     /// The column `status`.
     [[nodiscard]] MetricOutcome status() const;
 
-    /// "17 H05_scale", to tell which row failed.
+    [[nodiscard]] const std::string& label() const { return text("label"); }
+
+    /// "17 H05_scale (line 19)", to tell which row failed.
     [[nodiscard]] std::string name() const;
 
   private:
     const std::vector<std::string>* columns_;
     std::vector<std::string> cells_;
+    int line_;
 };
 
-/// A file of tests/golden. Throws std::runtime_error where the file is missing or damaged.
+/// A file in the format of tests/golden. Throws std::runtime_error where it is missing or damaged,
+/// naming the file and the line.
 class GoldenFile {
   public:
+    /// By its name without ".csv"; in tests/golden unless another folder is given.
     explicit GoldenFile(const std::string& name);
+    GoldenFile(const std::filesystem::path& folder, const std::string& name);
     GoldenFile(const GoldenFile&) = delete;
     GoldenFile& operator=(const GoldenFile&) = delete;
 

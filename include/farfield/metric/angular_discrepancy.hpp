@@ -2,6 +2,7 @@
 
 #include <farfield/core/assert.hpp>
 #include <farfield/math/box3.hpp>
+#include <farfield/metric/detail/angle_parts.hpp>
 #include <farfield/metric/detail/box_terms.hpp>
 #include <farfield/metric/detail/scale.hpp>
 #include <farfield/metric/image_plane.hpp>
@@ -23,20 +24,6 @@
 namespace farfield::metric {
 
 namespace detail {
-
-/// An angle as the two arguments of atan2, up to a common positive factor.
-template <typename T>
-struct AngleParts {
-    T across = 0; ///< proportional to the sine, >= 0
-    T along = 0;  ///< proportional to the cosine
-};
-
-/// pi where both parts vanish: atan2(0, 0) is 0 and would mean "no error".
-template <typename T>
-[[nodiscard]] T angle(const AngleParts<T>& parts) noexcept {
-    const bool opposite = parts.across == T(0) && parts.along <= T(0);
-    return opposite ? std::numbers::pi_v<T> : std::atan2(parts.across, parts.along);
-}
 
 template <typename T>
 [[nodiscard]] AngleParts<T> point_parts(

@@ -16,17 +16,18 @@ enum class MetricOutcome : std::uint8_t {
     err_eps,       ///< a negative angle as error bound
     err_distance,  ///< a distance that must be positive is not
     err_fov,       ///< field of view outside (0, pi), or an image without pixels
-    err_range,     ///< a negative number of pixels, or a negative angle
+    err_range,     ///< a negative number of pixels, angle or weight, or a part above its whole
     err_dt,        ///< the time between frames is not positive
     err_bound,     ///< a negative bound of acceleration, or more speed than the bound of speed
     err_zone,      ///< a ball with negative radius
     pi_inside,     ///< legal, angle pi: the viewer is in the box
     pi_backface,   ///< legal, angle pi: the viewer is in or behind the image plane
     pi_degenerate, ///< legal, angle pi: the viewer is at the point or at its image
+    pi_behind,     ///< legal, size infinite: a corner lies beside or behind the eye
 };
 
 /// A value and what became of it. Where `outcome` is an `err_`, the value is a NaN; where it is a
-/// `pi_`, the value is pi and the image must not be shown.
+/// `pi_`, the value is pi, or infinity if it is no angle, and the image must not be shown.
 template <typename T>
 struct Measured {
     T value;

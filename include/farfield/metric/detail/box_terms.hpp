@@ -36,17 +36,19 @@ struct ImageTerms {
     typename Lanes<Number>::Mask sees_back{}; ///< the viewer is in or behind the image plane
 };
 
+/// @param motion viewer - viewpoint, perhaps known to more digits than that difference
 template <typename Number>
 [[nodiscard]] ImageTerms<Number> image_terms(
     const Triple<Number>& viewpoint,
     const Triple<Number>& point,
     const Triple<Number>& normal,
-    const Triple<Number>& viewer
+    const Triple<Number>& viewer,
+    const Triple<Number>& motion
 ) noexcept {
     using Lane = Lanes<Number>;
     using T = typename Lane::Scalar;
     const Number zero(T(0));
-    const auto m = scaled(viewer - viewpoint);
+    const auto m = scaled(motion);
     const auto to_plane = scaled(point - viewpoint);
     const auto n = scaled(normal).direction;
     const Triple<Number> depth_terms = n * to_plane.direction;
@@ -298,9 +300,9 @@ template <typename T>
     const ImagePlane<T>& image, [[maybe_unused]] const Box3<T>& box, const glm::vec<3, T>& viewer
 ) noexcept {
     FARFIELD_ASSERT(check_image(image, box, is_measurable(viewer)) == MetricOutcome::ok);
-    return image_terms(
-        triple(image.viewpoint), triple(image.point), triple(image.normal), triple(viewer)
-    );
+    const Triple<T> from = triple(image.viewpoint);
+    const Triple<T> to = triple(viewer);
+    return image_terms(from, triple(image.point), triple(image.normal), to, to - from);
 }
 
 template <typename T>
