@@ -20,18 +20,19 @@ Color16 widened(std::uint32_t rgba) noexcept {
     return color;
 }
 
-/// Rounds to 8 bits: sums of `count` colours.
-std::uint32_t rounded(const std::array<std::uint32_t, 4>& sums, std::uint32_t count) noexcept {
-    std::uint32_t rgba = 0;
-    for (std::size_t channel = 0; channel < sums.size(); ++channel) {
-        const std::uint32_t value = (sums[channel] + 0x80U * count) / (0x100U * count);
-        rgba |= std::min(value, 0xFFU) << (8 * channel);
-    }
-    return rgba;
+/// Rounds a channel to 8 bits.
+std::uint8_t rounded(std::uint32_t channel) noexcept {
+    constexpr std::uint32_t kMost = 0xFF7F; // a step of 16 bits may have come on top of 1
+    return static_cast<std::uint8_t>((std::min(channel, kMost) + 0x80U) >> 8U);
 }
 
-std::uint32_t rounded(const Color16& color) noexcept {
-    return rounded({color[0], color[1], color[2], color[3]}, 1);
+/// Rounds pixels in a row.
+void round_row(const Color16* from, std::size_t count, std::uint32_t* to) noexcept {
+    const std::uint16_t* channels = from->data();
+    auto* bytes = reinterpret_cast<std::uint8_t*>(to);
+    for (std::size_t i = 0; i < count * 4; ++i) {
+        bytes[i] = rounded(channels[i]);
+    }
 }
 
 std::uint32_t mean(std::span<const Color16> colors) noexcept {
@@ -41,7 +42,14 @@ std::uint32_t mean(std::span<const Color16> colors) noexcept {
             sums[channel] += color[channel];
         }
     }
-    return rounded(sums, static_cast<std::uint32_t>(colors.size()));
+    // Rounded once: the sum has a step of 8 bits for every sample.
+    const auto count = static_cast<std::uint32_t>(colors.size());
+    std::uint32_t rgba = 0;
+    for (std::size_t channel = 0; channel < sums.size(); ++channel) {
+        const std::uint32_t value = (sums[channel] + 0x80U * count) / (0x100U * count);
+        rgba |= std::min(value, 0xFFU) << (8 * channel);
+    }
+    return rgba;
 }
 
 /// Position of a pixel of the tile in its target or page.
@@ -100,12 +108,12 @@ void store_tile(const PassWork& pass, const Region& region, const TileBuffer& ti
         const std::size_t to = place_of(region, width, row);
         const std::size_t from = row * kTile;
         const auto count = static_cast<std::size_t>(region.width);
-        for (std::size_t column = 0; column < count; ++column) {
-            const std::size_t pixel = from + column;
-            colors[to + column] =
-                tile.mixed[pixel] == 0
-                    ? rounded(tile.colors[pixel])
-                    : mean(std::span(tile.sample_colors).subspan(pixel * samples, samples));
+        round_row(&tile.colors[from], count, colors + to);
+        for (std::size_t pixel = from; tile.any_mixed && pixel < from + count; ++pixel) {
+            if (tile.mixed[pixel] != 0) {
+                colors[to + pixel - from] =
+                    mean(std::span(tile.sample_colors).subspan(pixel * samples, samples));
+            }
         }
         if (positions != nullptr) {
             std::copy_n(
@@ -133,7 +141,7 @@ void store_tile(const PassWork& pass, const Region& region, const TileBuffer& ti
             for (std::size_t sample = 0; sample < samples; ++sample) {
                 const std::size_t source = (from + column) * samples + sample;
                 const std::size_t place = (to + column) * samples + sample;
-                target.sample_colors[place] = rounded(tile.sample_colors[source]);
+                round_row(&tile.sample_colors[source], 1, &target.sample_colors[place]);
                 target.sample_depths[place] = tile.sample_depths[source];
             }
         }
