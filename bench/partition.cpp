@@ -1,17 +1,56 @@
-// Growth of the partition builders with the number of objects, on scenes of different kinds.
+// Growth of the partition builders with the number of objects, on scenes of different kinds; beside
+// them, where Embree is part of the build, its builder of bounding volumes on the same boxes, with
+// one thread as ours.
 #include "../tests/partition/scenes.hpp"
 #include <farfield/partition/bsp.hpp>
 
 #include <benchmark/benchmark.h>
+#if FARFIELD_BENCH_EMBREE
+#include <embree3/rtcore.h>
+#endif
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace {
 
 using farfield::Object;
+
+/// What a tree is worth when rays or frusta go through it: the surfaces of its boxes, those of
+/// leaves once for each item or primitive, over the surface of the root.
+struct SurfaceCost {
+    double sum = 0.0;
+    double root = 0.0;
+
+    static double area(const glm::dvec3& size) {
+        return 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
+    }
+
+    [[nodiscard]] double value() const { return root > 0.0 ? sum / root : 0.0; }
+};
+
+double surface_cost(const farfield::Hierarchy& tree) {
+    SurfaceCost cost;
+    for (const farfield::HierarchyNode& node : tree.nodes) {
+        const farfield::Box3f box = farfield::bounds(node);
+        if (farfield::is_empty(box)) {
+            continue;
+        }
+        const double area = SurfaceCost::area(glm::dvec3(box.hi) - glm::dvec3(box.lo));
+        cost.root = &node == tree.nodes.data() ? area : cost.root;
+        const bool leaf = farfield::is_leaf(node);
+        cost.sum += area * static_cast<double>(leaf ? node.item_count + node.piece_primitives : 1U);
+    }
+    return cost.value();
+}
 
 /// What a tree is worth, beside the time it took.
 void report(benchmark::State& state, const farfield::Hierarchy& tree, std::size_t elements) {
@@ -19,6 +58,7 @@ void report(benchmark::State& state, const farfield::Hierarchy& tree, std::size_
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(elements));
     state.counters["depth"] = Counter(tree.quality.depth);
     state.counters["leaves"] = Counter(tree.quality.leaves);
+    state.counters["surface_cost"] = Counter(surface_cost(tree));
     state.counters["cut_items"] = Counter(tree.quality.cut_items);
     state.counters["tree_bytes"] = Counter(static_cast<double>(farfield::memory_bytes(tree)));
 }
@@ -59,6 +99,20 @@ void clusters(benchmark::State& state) {
     build(state, objects, objects.size(), {});
 }
 
+/// One object of many primitives, which lie as the tiles of `touching_grid` do.
+void touching_primitives(benchmark::State& state) {
+    const auto tiles = farfield::support::grid_boxes(static_cast<std::size_t>(state.range(0)));
+    Object object;
+    object.primitives = tiles.size();
+    object.splittable = true;
+    for (const Object& tile : tiles) {
+        object.bounds = unite(object.bounds, tile.bounds);
+    }
+    build(state, {&object, 1}, tiles.size(), {}, [&](std::uint32_t, std::uint32_t primitive) {
+        return tiles[primitive].bounds;
+    });
+}
+
 /// 1117 trees and nothing else, then with a terrain of 131,072 triangles; on discs of two sizes.
 void island(benchmark::State& state) {
     const auto island =
@@ -74,18 +128,232 @@ void island(benchmark::State& state) {
     );
 }
 
+#if FARFIELD_BENCH_EMBREE
+
+/// Node of the tree that the callbacks of `rtcBuildBVH` make.
+struct BvhNode {
+    std::array<BvhNode*, 2> children{};
+    std::array<RTCBounds, 2> child_bounds{};
+    std::size_t items = 0; ///< of a leaf
+
+    [[nodiscard]] bool is_leaf() const { return children[0] == nullptr; }
+};
+
+template <typename Handle, void (*Release)(Handle)>
+struct Released {
+    void operator()(Handle handle) const { Release(handle); }
+};
+
+template <typename Handle, void (*Release)(Handle)>
+using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Released<Handle, Release>>;
+
+BvhNode* new_node(RTCThreadLocalAllocator allocator) {
+    return new (rtcThreadLocalAlloc(allocator, sizeof(BvhNode), alignof(BvhNode))) BvhNode;
+}
+
+/// Boxes as Embree takes them: float, numbered.
+void fill(std::vector<RTCBuildPrimitive>& primitives, std::span<const Object> objects) {
+    for (std::size_t index = 0; index < objects.size(); ++index) {
+        const farfield::Box3d& box = objects[index].bounds;
+        RTCBuildPrimitive& primitive = primitives[index];
+        primitive = {};
+        primitive.lower_x = static_cast<float>(box.lo.x);
+        primitive.lower_y = static_cast<float>(box.lo.y);
+        primitive.lower_z = static_cast<float>(box.lo.z);
+        primitive.upper_x = static_cast<float>(box.hi.x);
+        primitive.upper_y = static_cast<float>(box.hi.y);
+        primitive.upper_z = static_cast<float>(box.hi.z);
+        primitive.primID = static_cast<unsigned>(index);
+    }
+}
+
+RTCBuildArguments bvh_arguments(RTCBVH bvh, RTCBuildQuality quality) {
+    RTCBuildArguments arguments = rtcDefaultBuildArguments();
+    arguments.buildQuality = quality;
+    arguments.maxBranchingFactor = 2;
+    arguments.minLeafSize = 1;
+    arguments.maxLeafSize = 1; // as our trees, which split down to single items
+    arguments.bvh = bvh;
+    arguments.createNode = [](RTCThreadLocalAllocator allocator, unsigned, void*) -> void* {
+        return new_node(allocator);
+    };
+    arguments.setNodeChildren = [](void* node, void** children, unsigned count, void*) {
+        for (unsigned child = 0; child < count; ++child) {
+            static_cast<BvhNode*>(node)->children.at(child) =
+                static_cast<BvhNode*>(children[child]);
+        }
+    };
+    arguments.setNodeBounds = [](void* node, const RTCBounds** bounds, unsigned count, void*) {
+        for (unsigned child = 0; child < count; ++child) {
+            static_cast<BvhNode*>(node)->child_bounds.at(child) = *bounds[child];
+        }
+    };
+    arguments.createLeaf = [](RTCThreadLocalAllocator allocator,
+                              const RTCBuildPrimitive*,
+                              std::size_t count,
+                              void*) -> void* {
+        BvhNode* leaf = new_node(allocator);
+        leaf->items = count;
+        return leaf;
+    };
+    arguments.splitPrimitive = [](const RTCBuildPrimitive* primitive,
+                                  unsigned axis,
+                                  float position,
+                                  RTCBounds* low,
+                                  RTCBounds* high,
+                                  void*) {
+        const RTCBounds whole = {
+            primitive->lower_x,
+            primitive->lower_y,
+            primitive->lower_z,
+            0.0F,
+            primitive->upper_x,
+            primitive->upper_y,
+            primitive->upper_z,
+            0.0F};
+        *low = whole;
+        *high = whole;
+        (axis == 0 ? low->upper_x : axis == 1 ? low->upper_y : low->upper_z) = position;
+        (axis == 0 ? high->lower_x : axis == 1 ? high->lower_y : high->lower_z) = position;
+    };
+    return arguments;
+}
+
+/// What `report` tells of our trees.
+void report(benchmark::State& state, const BvhNode& root, std::size_t objects) {
+    struct Visit {
+        const BvhNode* node;
+        std::uint32_t depth;
+        double area;
+    };
+    const auto area_of = [](const RTCBounds& box) {
+        return SurfaceCost::area(
+            {box.upper_x - box.lower_x, box.upper_y - box.lower_y, box.upper_z - box.lower_z}
+        );
+    };
+    RTCBounds around = root.child_bounds[0];
+    const RTCBounds& other = root.child_bounds[1];
+    around.lower_x = std::min(around.lower_x, other.lower_x);
+    around.lower_y = std::min(around.lower_y, other.lower_y);
+    around.lower_z = std::min(around.lower_z, other.lower_z);
+    around.upper_x = std::max(around.upper_x, other.upper_x);
+    around.upper_y = std::max(around.upper_y, other.upper_y);
+    around.upper_z = std::max(around.upper_z, other.upper_z);
+    SurfaceCost cost{0.0, area_of(around)};
+    std::uint32_t depth = 0;
+    std::size_t leaves = 0;
+    std::size_t nodes = 0;
+    std::vector<Visit> open = {{&root, 0, cost.root}};
+    while (!open.empty()) {
+        const Visit visit = open.back();
+        open.pop_back();
+        ++nodes;
+        depth = std::max(depth, visit.depth);
+        cost.sum +=
+            visit.area * (visit.node->is_leaf() ? static_cast<double>(visit.node->items) : 1.0);
+        if (visit.node->is_leaf()) {
+            ++leaves;
+            continue;
+        }
+        for (std::size_t child = 0; child < 2; ++child) {
+            open.push_back(
+                {visit.node->children.at(child),
+                 visit.depth + 1,
+                 area_of(visit.node->child_bounds.at(child))}
+            );
+        }
+    }
+    using benchmark::Counter;
+    state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(objects));
+    state.counters["depth"] = Counter(depth);
+    state.counters["leaves"] = Counter(static_cast<double>(leaves));
+    state.counters["surface_cost"] = Counter(cost.value());
+    state.counters["tree_bytes"] = Counter(static_cast<double>(nodes * sizeof(BvhNode)));
+}
+
+/// Low, medium and high quality are Morton codes, binned surface areas, and those with spatial
+/// splits, for which there is room to double the number of boxes.
+void build_embree(benchmark::State& state, std::span<const Object> objects) {
+    constexpr std::array<RTCBuildQuality, 3> kQualities = {
+        RTC_BUILD_QUALITY_LOW, RTC_BUILD_QUALITY_MEDIUM, RTC_BUILD_QUALITY_HIGH};
+    const RTCBuildQuality quality = kQualities.at(static_cast<std::size_t>(state.range(1)));
+    const Owned<RTCDevice, rtcReleaseDevice> device(rtcNewDevice("threads=1"));
+    if (!device) {
+        state.SkipWithError("Embree cannot open a device");
+        return;
+    }
+    const Owned<RTCBVH, rtcReleaseBVH> bvh(rtcNewBVH(device.get()));
+    const bool splits = quality == RTC_BUILD_QUALITY_HIGH;
+    std::vector<RTCBuildPrimitive> primitives(objects.size() * (splits ? 2 : 1));
+    RTCBuildArguments arguments = bvh_arguments(bvh.get(), quality);
+    arguments.primitives = primitives.data();
+    arguments.primitiveCount = objects.size();
+    arguments.primitiveArrayCapacity = primitives.size();
+    const BvhNode* root = nullptr;
+    while (state.KeepRunning()) {
+        fill(primitives, objects); // the builder sorts them
+        root = static_cast<const BvhNode*>(rtcBuildBVH(&arguments));
+        if (root == nullptr) {
+            state.SkipWithError("Embree built no tree");
+            return;
+        }
+    }
+    report(state, *root, objects.size());
+}
+
+void embree_random_boxes(benchmark::State& state) {
+    build_embree(
+        state, farfield::support::random_boxes(static_cast<std::size_t>(state.range(0)), 1)
+    );
+}
+
+void embree_touching_grid(benchmark::State& state) {
+    build_embree(state, farfield::support::grid_boxes(static_cast<std::size_t>(state.range(0))));
+}
+
+void embree_clusters(benchmark::State& state) {
+    build_embree(
+        state, farfield::support::clustered_boxes(static_cast<std::size_t>(state.range(0)), 1)
+    );
+}
+
+#endif
+
+const std::vector<std::int64_t> kCounts = {1'000, 10'000, 100'000, 1'000'000};
+
 BENCHMARK(random_boxes)
-    ->RangeMultiplier(10)
-    ->Range(1'000, 1'000'000)
+    ->ArgNames({"objects"})
+    ->ArgsProduct({kCounts})
     ->Unit(benchmark::kMillisecond);
 BENCHMARK(touching_grid)
-    ->RangeMultiplier(10)
-    ->Range(1'000, 1'000'000)
+    ->ArgNames({"objects"})
+    ->ArgsProduct({kCounts})
     ->Unit(benchmark::kMillisecond);
-BENCHMARK(clusters)->RangeMultiplier(10)->Range(1'000, 1'000'000)->Unit(benchmark::kMillisecond);
+BENCHMARK(clusters)->ArgNames({"objects"})->ArgsProduct({kCounts})->Unit(benchmark::kMillisecond);
+BENCHMARK(touching_primitives)
+    ->ArgNames({"primitives"})
+    ->ArgsProduct({kCounts})
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK(island)
     ->ArgNames({"radius", "terrain", "directions"})
     ->ArgsProduct({{400, 2000}, {0, 1}, {2, 4}})
     ->Unit(benchmark::kMillisecond);
+
+#if FARFIELD_BENCH_EMBREE
+const std::vector<std::int64_t> kQualityLevels = {0, 1, 2};
+
+BENCHMARK(embree_random_boxes)
+    ->ArgNames({"objects", "quality"})
+    ->ArgsProduct({kCounts, kQualityLevels})
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(embree_touching_grid)
+    ->ArgNames({"objects", "quality"})
+    ->ArgsProduct({kCounts, kQualityLevels})
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(embree_clusters)
+    ->ArgNames({"objects", "quality"})
+    ->ArgsProduct({kCounts, kQualityLevels})
+    ->Unit(benchmark::kMillisecond);
+#endif
 
 } // namespace
