@@ -1,0 +1,247 @@
+// Casting and rasterising draw the same. Two ways that share nothing but the scene: each is the
+// other's proof.
+#include "opengl/device.hpp"
+#include "opengl/flat_scene.hpp"
+#include "support/small_scene.hpp"
+#include <farfield/embree/embree_backend.hpp>
+#include <farfield/technique/culled_geometry.hpp>
+#include <farfield/technique/image_cache.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <utility>
+
+using namespace farfield;
+using namespace farfield::support;
+
+namespace {
+
+constexpr int kWidth = 320;
+constexpr int kHeight = 240;
+
+/// The same scene twice, keeping positions.
+struct Pair {
+    std::unique_ptr<Device> device; ///< null: the test is skipped
+    std::unique_ptr<opengl::OpenGLBackend> rastered;
+    std::unique_ptr<embree::EmbreeBackend> cast;
+};
+
+Pair make_pair(const Scene& scene, const Hierarchy* hierarchy) {
+    Pair pair;
+    pair.device = Device::create(scene, hierarchy);
+    if (pair.device == nullptr) {
+        return pair;
+    }
+    auto rastered = opengl::OpenGLBackend::create(*pair.device->source, {.positions = true});
+    REQUIRE(rastered.has_value());
+    pair.rastered = std::move(*rastered);
+    auto cast = embree::EmbreeBackend::create(scene, hierarchy, {.positions = true});
+    REQUIRE(cast.has_value());
+    pair.cast = std::move(*cast);
+    return pair;
+}
+
+struct Shown {
+    Picture colors;
+    PositionPicture positions;
+};
+
+Shown show(Backend& backend, const FramePlan& plan, int width, int height) {
+    const auto target = backend.create_target(width, height, 1);
+    REQUIRE(target.has_value());
+    const auto executed = backend.execute(plan, *target, {});
+    if (!executed) {
+        FAIL(executed.error().message);
+    }
+    auto colors = backend.read_target(*target);
+    auto positions = backend.read_positions(*target);
+    REQUIRE(colors.has_value());
+    REQUIRE(positions.has_value());
+    backend.destroy_target(*target);
+    return {std::move(*colors), std::move(*positions)};
+}
+
+/// Where all nine pixels around one show one item.
+bool is_calm(const PositionPicture& picture, int x, int y) {
+    const auto at = [&](int column, int row) {
+        return picture.texels[static_cast<std::size_t>(row * picture.width + column)].item;
+    };
+    for (int row = y - 1; row <= y + 1; ++row) {
+        for (int column = x - 1; column <= x + 1; ++column) {
+            if (at(column, row) != at(x, y)) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+/// How two pictures agree away from the edges of items.
+struct Agreement {
+    int calm = 0;       ///< pixels, of which at least one picture shows an item
+    int same_item = 0;  ///< of those
+    int same_color = 0; ///< of those, within the tolerance
+};
+
+void compare(const Shown& a, const Shown& b, int tolerance, Agreement& sum) {
+    for (int y = 1; y + 1 < a.positions.height; ++y) {
+        for (int x = 1; x + 1 < a.positions.width; ++x) {
+            if (!is_calm(a.positions, x, y) || !is_calm(b.positions, x, y)) {
+                continue;
+            }
+            const auto pixel = static_cast<std::size_t>(y * a.positions.width + x);
+            // Sky that agrees with sky says nothing.
+            const bool sky = a.positions.texels[pixel].item == kNone<ItemId> &&
+                             b.positions.texels[pixel].item == kNone<ItemId>;
+            if (sky) {
+                continue;
+            }
+            ++sum.calm;
+            if (a.positions.texels[pixel].item != b.positions.texels[pixel].item) {
+                continue;
+            }
+            ++sum.same_item;
+            const int apart = distance(color_at(a.colors, x, y), color_at(b.colors, x, y));
+            sum.same_color += apart <= tolerance ? 1 : 0;
+        }
+    }
+}
+
+} // namespace
+
+TEST_CASE("Plain geometry is cast as it is rasterised") {
+    for (const glm::dvec3& offset : {glm::dvec3(0.0), glm::dvec3(1e7, -2e6, 4e6)}) {
+        const SmallWorld world = make_world(small_scene(offset));
+        const Pair pair = make_pair(world.scene, &world.hierarchy);
+        if (pair.device == nullptr) {
+            return;
+        }
+        CulledGeometry geometry(world.hierarchy);
+        Agreement sum;
+        for (int frame = 0; frame < 160; frame += 20) {
+            const FramePlan& plan = geometry.plan(small_walk(frame, kWidth, kHeight, offset));
+            // Normals of OpenGL have 10 bits: half a step of 255 in each, and one of rounding.
+            compare(
+                show(*pair.rastered, plan, kWidth, kHeight),
+                show(*pair.cast, plan, kWidth, kHeight),
+                2,
+                sum
+            );
+        }
+        CAPTURE(sum.calm, sum.same_item, sum.same_color);
+        CHECK(sum.calm > 8 * kWidth * kHeight / 4);
+        CHECK(sum.same_item >= 0.995 * sum.calm);
+        // Leaves of one tree are edges too, within the item; few are that small here.
+        CHECK(sum.same_color >= 0.99 * sum.same_item);
+    }
+}
+
+TEST_CASE("Images are blended as they are rasterised") {
+    // Half transparent texels of many colours, on quads turned in space: what differs is the weight
+    // of texels, which both round to 8 bits.
+    Scene scene = flat_scene();
+    std::vector<ItemId> items;
+    Random random(5);
+    for (int i = 0; i < 30; ++i) {
+        const glm::vec4 color(random.vector(0.0F, 1.0F), 1.0F);
+        const glm::dvec3 at(random.uniform(-4.0, 4.0), random.uniform(-4.0, 4.0), -0.01 * i);
+        items.push_back(add_quad(scene, color, at, random.uniform(0.3, 1.5)));
+    }
+    const Pair pair = make_pair(scene, nullptr);
+    if (pair.device == nullptr) {
+        return;
+    }
+    constexpr int kImage = 32;
+    FramePlan plan = flat_plan(items);
+    plan.pages = {
+        {.page = PageId{0}, .size = 64, .scratch = true}, {.page = PageId{1}, .size = 64}};
+    Pass image = plan.passes[0];
+    image.page = PageId{0};
+    image.view = flat_view({}, kImage);
+    image.view.lens = {-0.5, 0.5, -0.5, 0.5, 0.5, 100.0};
+    image.viewport = {0, 0, kImage, kImage};
+    image.scissor = image.viewport;
+    image.copy_page = PageId{1};
+    image.copy = {3, 7, kImage, kImage};
+    Command show_images;
+    show_images.kind = Command::Kind::images;
+    int covered = 0;
+    for (int i = 0; i < 12; ++i) {
+        ImageQuad quad;
+        quad.page = PageId{1};
+        quad.source = image.copy;
+        quad.edge_u = glm::vec3(8.0F, 0.0F, 0.0F) + random.vector(-3.0F, 3.0F);
+        quad.edge_v = glm::vec3(0.0F, 8.0F, 0.0F) + random.vector(-3.0F, 3.0F);
+        quad.origin = random.vector(-2.0F, 2.0F) - (quad.edge_u + quad.edge_v) * 0.5F;
+        quad.depth = 3.0F;
+        plan.quads = {quad};
+        plan.commands = {plan.commands[0], show_images};
+        plan.commands[1].count = 1;
+        plan.passes = {image, flat_plan({}).passes[0]};
+        plan.passes[1].first_command = 1;
+        plan.passes[1].batch = 1;
+        const Shown rastered = show(*pair.rastered, plan, kSize, kSize);
+        const Shown cast = show(*pair.cast, plan, kSize, kSize);
+        int apart = 0;
+        int items_apart = 0;
+        for (int y = 1; y + 1 < kSize; ++y) {
+            for (int x = 1; x + 1 < kSize; ++x) {
+                const auto pixel = static_cast<std::size_t>(y * kSize + x);
+                if (!is_calm(cast.positions, x, y) || !is_calm(rastered.positions, x, y)) {
+                    continue; // an edge of the quad or of something in it
+                }
+                covered += cast.positions.texels[pixel].item != kNone<ItemId> ? 1 : 0;
+                items_apart +=
+                    cast.positions.texels[pixel].item != rastered.positions.texels[pixel].item ? 1
+                                                                                               : 0;
+                apart += distance(color_at(cast.colors, x, y), color_at(rastered.colors, x, y)) > 2
+                             ? 1
+                             : 0;
+                CHECK(
+                    cast.positions.texels[pixel].texel_px ==
+                    Approx(rastered.positions.texels[pixel].texel_px).epsilon(0.05).margin(0.05)
+                );
+            }
+        }
+        CAPTURE(i, apart);
+        CHECK(apart == 0);
+        CHECK(items_apart == 0);
+    }
+    CHECK(covered > 3000);
+}
+
+TEST_CASE("A walk with a cache is cast as it is rasterised") {
+    const SmallWorld world = make_world(small_scene());
+    const Pair pair = make_pair(world.scene, &world.hierarchy);
+    if (pair.device == nullptr) {
+        return;
+    }
+    for (const SurfacePlacement surfaces : {SurfacePlacement::first, SurfacePlacement::in_images}) {
+        ImageCacheOptions options = presets::shade1996();
+        options.page_size = 512;
+        options.costs.triangle_s = 1e-6;
+        options.surfaces = surfaces;
+        auto cache = ImageCache::create(world.hierarchy, options);
+        REQUIRE(cache.has_value());
+        Agreement sum;
+        std::uint32_t images = 0;
+        for (int frame = 0; frame < 40; ++frame) {
+            const FramePlan& plan =
+                cache->plan(small_walk(frame, kWidth, kHeight), small_walk_motion());
+            images += cache->statistics().images_shown;
+            compare(
+                show(*pair.rastered, plan, kWidth, kHeight),
+                show(*pair.cast, plan, kWidth, kHeight),
+                3,
+                sum
+            );
+        }
+        CAPTURE(sum.calm, sum.same_item, sum.same_color);
+        CHECK(images > 400);
+        CHECK(sum.same_item >= 0.995 * sum.calm);
+        CHECK(sum.same_color >= 0.99 * sum.same_item);
+    }
+}
