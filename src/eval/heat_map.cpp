@@ -77,10 +77,10 @@ void set(Picture& picture, std::size_t pixel, const u8vec3& color) noexcept {
     picture.rgba[4 * pixel + 3] = 255;
 }
 
-std::string label(double value) {
+std::string label(double value, const std::string& unit) {
     std::array<char, 32> text{};
     std::snprintf(text.data(), text.size(), "%.3g", value);
-    return text.data();
+    return unit.empty() ? text.data() : text.data() + (" " + unit);
 }
 
 /// Both ends of the scale, the ramp between them, and what lies beyond; over what is there.
@@ -98,8 +98,8 @@ void draw_color_bar(Picture& picture, const HeatMapOptions& options) {
         }
     }
     detail::Canvas canvas(picture);
-    const std::string dark = label(options.dark);
-    const std::string bright = label(options.bright);
+    const std::string dark = label(options.dark, options.unit);
+    const std::string bright = label(options.bright, options.unit);
     const int text_y = top + (kColorBarHeight - detail::Canvas::text_height(1)) / 2;
     const int left = 2 * kMargin + detail::Canvas::text_width(dark, 1);
     const int end = picture.width - 2 * kMargin - detail::Canvas::text_width(bright, 1);

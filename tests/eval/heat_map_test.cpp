@@ -147,3 +147,38 @@ TEST_CASE("the colour bar lies below the map and shows the whole scale", "[heat_
         CHECK(picture->rgba.size() == static_cast<std::size_t>(width) * 21 * 4);
     }
 }
+
+TEST_CASE("the unit is written behind both ends of the scale", "[heat_map]") {
+    PixelMap map{160, 2, {}};
+    map.values.assign(320, 0.0F);
+    const auto bar = [&](const char* unit) {
+        const auto picture = eval::heat_map(map, {.bright = 4.0, .unit = unit});
+        REQUIRE(picture);
+        return *picture;
+    };
+    // Pixels of the ramp itself in a row through its middle, and those of text in all rows.
+    const auto count = [](const Picture& picture) {
+        const u8vec3 text(240, 240, 240);
+        const u8vec3 behind(24, 28, 32);
+        const int middle = picture.height - eval::kColorBarHeight / 2;
+        std::array<int, 2> counts{};
+        for (int x = 0; x < picture.width; ++x) {
+            const u8vec3 color = color_at(picture, x, middle);
+            counts[0] += color != text && color != behind ? 1 : 0;
+            for (int y = picture.height - eval::kColorBarHeight; y < picture.height; ++y) {
+                counts[1] += color_at(picture, x, y) == text ? 1 : 0;
+            }
+        }
+        return counts;
+    };
+    const auto bare = count(bar(""));
+    const auto pixels = count(bar("px"));
+    const auto blank = count(bar("~~"));
+    // A gap and two characters of 6 pixels each, at both ends.
+    CHECK(bare[0] - pixels[0] == 2 * 3 * 6);
+    // p has 16 dots, x has 9.
+    CHECK(pixels[1] - bare[1] == 2 * (16 + 9));
+    // What has no shape takes its place nevertheless.
+    CHECK(blank[0] == pixels[0]);
+    CHECK(blank[1] == bare[1]);
+}

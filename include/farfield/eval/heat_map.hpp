@@ -6,6 +6,8 @@
 
 #include <glm/ext/vector_uint3_sized.hpp>
 
+#include <string>
+
 namespace farfield {
 
 /// How numbers become colours.
@@ -15,6 +17,9 @@ struct HeatMapOptions {
     glm::u8vec3 beyond{0, 255, 160};      ///< 8-bit sRGB; what lies beyond `bright`
     glm::u8vec3 unmeasured{96, 104, 112}; ///< 8-bit sRGB; where nothing was measured
     bool color_bar = true;                ///< the scale with both its ends, below the map
+    /// Of the map's values, written behind both ends of the scale: "px". Digits, most lower-case
+    /// letters and . + - have a shape, other characters stay blank. Empty: numbers alone.
+    std::string unit = {};
 };
 
 namespace eval {
