@@ -4,6 +4,7 @@
 #include "run/evaluation.hpp"
 #include "run/technique.hpp"
 #include "run/world.hpp"
+#include <farfield/eval/crop.hpp>
 #include <farfield/eval/evaluation_report.hpp>
 #include <farfield/eval/heat_map.hpp>
 #include <farfield/eval/walk.hpp>
@@ -31,6 +32,7 @@ struct Options {
     std::string out = "evaluation";
     std::string only;
     bool quick = false;
+    bool whole_pictures = false;
     bool print = false;
 };
 
@@ -71,42 +73,49 @@ void keep_if_worse(const WalkPictures& pictures, WorstFrame& worst) {
     }
 }
 
-Result<void>
-add_picture(const char* caption, const Picture& picture, std::vector<ReportPicture>& pictures) {
-    auto png = io::encode_png(picture);
-    if (!png) {
-        return tl::unexpected(std::move(png).error());
-    }
-    pictures.push_back({caption, std::move(*png)});
-    return {};
-}
-
-Result<void> add_pictures(const WorstFrame& worst, double error_px, EvaluatedRun& run) {
+/// Pictures of the worst frame, or of the window in which it is furthest from the best there is.
+Result<void> add_pictures(const WorstFrame& worst, double error_px, bool whole, EvaluatedRun& run) {
     if (worst.frame < 0) {
         return {};
     }
     run.worst_frame = worst.frame;
-    if (auto added = add_picture("as drawn", worst.picture, run.pictures); !added) {
-        return added;
-    }
-    if (auto added = add_picture("plain geometry", worst.reference, run.pictures); !added) {
-        return added;
-    }
-    if (worst.truth) {
-        if (auto added = add_picture("truth", *worst.truth, run.pictures); !added) {
-            return added;
+    const Picture& best = worst.truth ? *worst.truth : worst.reference;
+    PictureWindow window{0, 0, best.width, best.height};
+    if (!whole) {
+        // Small enough for a page with many of them, large enough to see what is wrong.
+        constexpr int kWidth = 160;
+        constexpr int kHeight = 120;
+        const auto found = eval::most_different_window(best, worst.picture, kWidth, kHeight);
+        if (!found) {
+            return tl::unexpected(found.error());
         }
+        window = *found;
     }
-    if (!worst.disparity) {
-        return {};
+    std::vector<std::pair<const char*, const Picture*>> pictures = {
+        {"as drawn", &worst.picture}, {"plain geometry", &worst.reference}};
+    if (worst.truth) {
+        pictures.emplace_back("truth", &*worst.truth);
     }
-    HeatMapOptions heat;
-    heat.bright = 2.0 * error_px;
-    const auto map = eval::heat_map(*worst.disparity, heat);
-    if (!map) {
-        return tl::unexpected(map.error());
+    std::optional<Picture> disparity;
+    if (worst.disparity) {
+        HeatMapOptions heat;
+        heat.bright = 2.0 * error_px;
+        heat.color_bar = false;
+        auto map = eval::heat_map(*worst.disparity, heat);
+        if (!map) {
+            return tl::unexpected(std::move(map).error());
+        }
+        disparity = std::move(*map);
+        pictures.emplace_back("disparity, brightest at twice the threshold", &*disparity);
     }
-    return add_picture("disparity, up to twice the threshold", *map, run.pictures);
+    for (const auto& [caption, picture] : pictures) {
+        auto png = io::encode_png(eval::crop(*picture, window));
+        if (!png) {
+            return tl::unexpected(std::move(png).error());
+        }
+        run.pictures.push_back({caption, std::move(*png)});
+    }
+    return {};
 }
 
 void print_progress(const std::string& walk, int frame, int frames) {
@@ -206,7 +215,7 @@ Result<Prepared> prepare(
     return prepared;
 }
 
-Result<void> run_walk(const run::ComparedWalk& walk, Evaluation& evaluation) {
+Result<void> run_walk(const run::ComparedWalk& walk, bool whole_pictures, Evaluation& evaluation) {
     const auto world = run::load_world(walk.world);
     if (!world) {
         return tl::unexpected(world.error());
@@ -298,7 +307,7 @@ Result<void> run_walk(const run::ComparedWalk& walk, Evaluation& evaluation) {
             }
         }
         const double error_px = walk.runs[i].options.cache.error_px;
-        if (Result<void> added = add_pictures(worst[i], error_px, run); !added) {
+        if (Result<void> added = add_pictures(worst[i], error_px, whole_pictures, run); !added) {
             return added;
         }
         print_run(run);
@@ -333,7 +342,7 @@ Result<void> run_all(const Options& options) {
             continue;
         }
         any = true;
-        if (Result<void> done = run_walk(walk, evaluation); !done) {
+        if (Result<void> done = run_walk(walk, options.whole_pictures, evaluation); !done) {
             return fail(done.error().code, walk.name + ": " + done.error().message);
         }
         // After each walk, so that a run cut short leaves what it has.
@@ -362,6 +371,11 @@ int evaluate(int argc, char** argv) {
     app.add_option("--out", options.out, "folder for the report");
     app.add_option("--only", options.only, "only the walk of that name");
     app.add_flag("--quick", options.quick, "a small built-in evaluation of two minutes");
+    app.add_flag(
+        "--whole-pictures",
+        options.whole_pictures,
+        "pictures of the whole frame, not only of where it is worst"
+    );
     app.add_flag("--print", options.print, "print the built-in evaluation, to begin with, and end");
     try {
         app.parse(argc, argv);
