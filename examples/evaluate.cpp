@@ -11,10 +11,13 @@
 #include <farfield/io/png.hpp>
 
 #include <CLI/CLI.hpp>
+#include <glm/geometric.hpp>
 
 #include <chrono>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
+#include <fstream>
 #include <malloc.h>
 #include <map>
 #include <optional>
@@ -163,6 +166,63 @@ void print_run(const EvaluatedRun& run) {
     std::fflush(stdout);
 }
 
+/// Levels of every node below the root.
+std::vector<int> levels_of(const Hierarchy& hierarchy) {
+    std::vector<int> levels(hierarchy.nodes.size(), 0);
+    for (std::size_t i = 0; i < hierarchy.nodes.size(); ++i) {
+        if (!is_leaf(hierarchy.nodes[i])) {
+            // Children follow their parents.
+            const std::size_t child = hierarchy.nodes[i].first_child;
+            levels[child] = levels[i] + 1;
+            levels[child + 1] = levels[i] + 1;
+        }
+    }
+    return levels;
+}
+
+/// The nodes that were furthest beyond their promise, as lines of a table.
+void add_overshoots(
+    const run::World& world,
+    const EvaluatedRun& run,
+    const DisparitySummary& disparity,
+    std::string& table
+) {
+    const std::vector<int> levels = levels_of(world.hierarchy);
+    for (const NodeOvershoot& worst : disparity.worst) {
+        const HierarchyNode& node = world.hierarchy.nodes[worst.node];
+        const Box3f box = bounds(node);
+        const glm::vec3 eye = local_point(world.view(worst.frame).eye, world.hierarchy.origin);
+        char line[256];
+        std::snprintf(
+            line,
+            sizeof line,
+            "\"%s\",\"%s\",%u,%d,%s,%.2f,%.2f,%d,%.3f,%.3f,%llu\n",
+            run.walk.c_str(),
+            run.name.c_str(),
+            worst.node,
+            levels[worst.node],
+            is_leaf(node) ? "leaf" : "interior",
+            static_cast<double>(glm::length(extent(box))),
+            static_cast<double>(distance(box, eye)),
+            worst.frame,
+            worst.disparity_px,
+            worst.promise_px,
+            static_cast<unsigned long long>(worst.pixels)
+        );
+        table += line;
+    }
+}
+
+Result<void> save_text(const std::filesystem::path& file, const std::string& text) {
+    std::ofstream stream(file, std::ios::binary | std::ios::trunc);
+    stream << text;
+    stream.close();
+    if (!stream) {
+        return fail(ErrorCode::device, file.string() + " cannot be written");
+    }
+    return {};
+}
+
 /// What is in one walk, in the order in which it goes.
 struct Prepared {
     std::vector<run::Technique> techniques;
@@ -215,7 +275,12 @@ Result<Prepared> prepare(
     return prepared;
 }
 
-Result<void> run_walk(const run::ComparedWalk& walk, bool whole_pictures, Evaluation& evaluation) {
+Result<void> run_walk(
+    const run::ComparedWalk& walk,
+    bool whole_pictures,
+    Evaluation& evaluation,
+    std::string& overshoots
+) {
     const auto world = run::load_world(walk.world);
     if (!world) {
         return tl::unexpected(world.error());
@@ -311,6 +376,9 @@ Result<void> run_walk(const run::ComparedWalk& walk, bool whole_pictures, Evalua
             return added;
         }
         print_run(run);
+        if (const auto& disparity = result->contenders[i].disparity) {
+            add_overshoots(*world, run, *disparity, overshoots);
+        }
         evaluation.runs.push_back(std::move(run));
     }
     return {};
@@ -336,17 +404,24 @@ Result<void> run_all(const Options& options) {
         "samples a pixel."
     );
     const auto begin = std::chrono::steady_clock::now();
+    std::string overshoots =
+        "walk,run,node,level,kind,diagonal_m,distance_m,frame,disparity_px,promise_px,pixels\n";
     bool any = false;
     for (const run::ComparedWalk& walk : plan->walks) {
         if (!options.only.empty() && walk.name != options.only) {
             continue;
         }
         any = true;
-        if (Result<void> done = run_walk(walk, options.whole_pictures, evaluation); !done) {
+        if (Result<void> done = run_walk(walk, options.whole_pictures, evaluation, overshoots);
+            !done) {
             return fail(done.error().code, walk.name + ": " + done.error().message);
         }
         // After each walk, so that a run cut short leaves what it has.
         if (Result<void> written = eval::write_report(evaluation, options.out); !written) {
+            return written;
+        }
+        const auto file = std::filesystem::path(options.out) / "overshoots.csv";
+        if (Result<void> written = save_text(file, overshoots); !written) {
             return written;
         }
     }
