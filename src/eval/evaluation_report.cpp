@@ -452,10 +452,11 @@ std::string pictures_of(const EvaluatedRun& run, const std::string& title, const
         const PictureSize size = *png_size(picture.png);
         const std::string width = std::to_string(size.width);
         const std::string caption = escaped(picture.caption);
-        html += "<figure><div class=\"wide\"><img alt=\"" + caption + "\" width=\"" + width +
-                "\" height=\"" + std::to_string(size.height) + "\" style=\"--width:" + width +
-                "px\" src=\"data:image/png;base64," + detail::base64(picture.png) +
-                "\"/></div><figcaption>" + caption + "</figcaption></figure>\n";
+        html += "<figure><div class=\"wide\"><img alt=\"" + caption + "\"";
+        html += " width=\"" + width + "\" height=\"" + std::to_string(size.height) + "\"";
+        html += " style=\"--width:" + width + "px\"";
+        html += " src=\"data:image/png;base64," + detail::base64(picture.png) + "\"/></div>";
+        html += "<figcaption>" + caption + "</figcaption></figure>\n";
     }
     return html + "</div>\n</div>\n";
 }
@@ -599,6 +600,7 @@ Result<void> write_report(const Evaluation& evaluation, const std::filesystem::p
     }
     const std::vector<ComparedWalk> walks = detail::compare(evaluation);
     std::vector<WalkPart> parts;
+    parts.reserve(walks.size());
     std::set<std::string> stems;
     for (const ComparedWalk& walk : walks) {
         parts.push_back(

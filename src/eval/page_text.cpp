@@ -116,11 +116,8 @@ std::string figure_text(double value) {
     if (size >= 100.0) {
         return with_thousands_apart(fixed_text(value, 0));
     }
-    int decimals = 1;
-    for (double limit = 10.0; size < limit; limit /= 10.0) {
-        ++decimals;
-    }
-    return fixed_text(value, decimals);
+    constexpr int kDecimalsOfOne = 2;
+    return fixed_text(value, kDecimalsOfOne - static_cast<int>(std::floor(std::log10(size))));
 }
 
 std::string figure_text(const std::optional<double>& value) {

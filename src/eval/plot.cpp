@@ -216,7 +216,8 @@ void draw_series(Svg& svg, const Plot& plot, const Area& area, const PlotSeries&
             }
             const std::string at = point_text(area.at(point));
             // A point alone is a line to itself, which round ends make visible.
-            path += pen_down ? "L" + at : "M" + at + "L" + at;
+            path += pen_down ? "" : "M" + at;
+            path += "L" + at;
             pen_down = true;
         }
         if (!path.empty()) {
@@ -262,6 +263,7 @@ void draw_labels_right(Svg& svg, const Plot& plot, const Area& area) {
         return a.from.y < b.from.y;
     });
     std::vector<double> wanted;
+    wanted.reserve(labels.size());
     for (const Label& label : labels) {
         wanted.push_back(label.from.y);
     }

@@ -69,7 +69,9 @@ std::vector<std::string> wrapped(std::string_view text, std::size_t most) {
         const std::size_t space = std::min(text.find(' '), text.size());
         const std::string word(text.substr(0, space));
         text.remove_prefix(std::min(space + 1, text.size()));
-        const std::string longer = line.empty() ? word : line + " " + word;
+        std::string longer = line;
+        longer += line.empty() ? "" : " ";
+        longer += word;
         if (!line.empty() && character_count(longer) > most) {
             lines.push_back(line);
             line = word;

@@ -265,7 +265,12 @@ struct RunIdentity {
     std::string device;
     std::optional<double> error_px;
 
-    friend auto operator<=>(const RunIdentity&, const RunIdentity&) = default;
+    [[nodiscard]] auto tied() const {
+        return std::tie(name, technique, preset, backend, device, error_px);
+    }
+    friend bool operator<(const RunIdentity& a, const RunIdentity& b) {
+        return a.tied() < b.tied();
+    }
 };
 
 /// What walks of one plot share, the count aside that tells them apart.
@@ -276,7 +281,10 @@ struct WalkIdentity {
     double fov_deg = 0.0;
     std::uint64_t other_count = 0; ///< triangles where frames vary, frames where triangles do
 
-    friend auto operator<=>(const WalkIdentity&, const WalkIdentity&) = default;
+    [[nodiscard]] auto tied() const { return std::tie(scene, width, height, fov_deg, other_count); }
+    friend bool operator<(const WalkIdentity& a, const WalkIdentity& b) {
+        return a.tied() < b.tied();
+    }
 };
 
 struct Counts {

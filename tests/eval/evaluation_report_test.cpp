@@ -388,7 +388,7 @@ TEST_CASE("the table has a column for every leaf of a run's JSON", "[evaluation_
             continue;
         }
         for (const auto& [inner, figure] : value.items()) {
-            add(key + "." + inner, figure);
+            add(std::string(key).append(".").append(inner), figure);
         }
     }
     CHECK(rows[0] == columns);
@@ -833,7 +833,7 @@ TEST_CASE("labels do not lie on each other", "[evaluation_report]") {
     Evaluation evaluation;
     for (int index = 0; index < 12; ++index) {
         // Groups of runs that measure the same.
-        const double group = index / 4;
+        const double group = std::floor(index / 4.0);
         EvaluatedRun run =
             measured("run number " + std::to_string(index), 10.0 + group, 0.1 + 0.01 * group);
         run.figures.disparity_px.p99 = 1.0;
