@@ -271,31 +271,30 @@ compare_frames(const Options& options, const run::World& world, Drawer& opengl, 
     return findings;
 }
 
-/// The findings as JSON and on the terminal: what was not measured is null, and no line.
-class Figures {
-  public:
-    void text(const char* key, const std::string& value) { json_[key] = value; }
-
-    void number(const char* key, const char* name, std::optional<double> value, const char* unit) {
-        json_[key] = value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
-        if (value) {
-            std::printf("  %-36s %14.6g %s\n", name, *value, unit);
-        }
+/// One figure for the file and the terminal: what was not measured is null, and no line.
+void add_figure(
+    nlohmann::ordered_json& figures,
+    const char* key,
+    const char* name,
+    std::optional<double> value,
+    const char* unit
+) {
+    figures[key] = value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
+    if (value) {
+        std::printf("  %-36s %14.6g %s\n", name, *value, unit);
     }
+}
 
-    [[nodiscard]] Result<void> save(const std::string& file) const {
-        std::ofstream stream(file, std::ios::binary);
-        stream << json_.dump(1) << '\n';
-        stream.close();
-        if (!stream) {
-            return fail(ErrorCode::device, "cannot write '" + file + "'");
-        }
-        return {};
+Result<void> save(const nlohmann::ordered_json& figures, const std::string& file) {
+    std::ofstream stream(file, std::ios::binary);
+    // Names come from files, which may hold anything.
+    stream << figures.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
+    stream.close();
+    if (!stream) {
+        return fail(ErrorCode::device, "cannot write '" + file + "'");
     }
-
-  private:
-    nlohmann::ordered_json json_;
-};
+    return {};
+}
 
 Result<void> report(
     const Options& options,
@@ -314,64 +313,68 @@ Result<void> report(
         opengl.backend->device().c_str(),
         embree.backend->device().c_str()
     );
-    const auto count = [](std::uint64_t value) { return static_cast<double>(value); };
     const auto psnr = eval::summarize(findings.psnr_db);
-    Figures figures;
-    figures.text("scene", world.scene.name);
-    figures.text("opengl", opengl.backend->device());
-    figures.text("embree", embree.backend->device());
-    figures.number("triangles", "triangles", count(world.triangles), "");
-    figures.number("frames", "frames", world.frames, "");
-    figures.number("width", "width", world.width, "px");
-    figures.number("height", "height", world.height, "px");
-    figures.number("pixels", "pixels that show geometry", count(findings.items.pixels), "");
-    figures.number(
+    nlohmann::ordered_json figures;
+    const auto number =
+        [&](const char* key, const char* name, std::optional<double> value, const char* unit) {
+            add_figure(figures, key, name, value, unit);
+        };
+    figures["scene"] = world.scene.name;
+    figures["opengl"] = opengl.backend->device();
+    figures["embree"] = embree.backend->device();
+    figures["triangles"] = world.triangles;
+    figures["frames"] = world.frames;
+    figures["width"] = world.width;
+    figures["height"] = world.height;
+    figures["pixels"] = findings.items.pixels;
+    std::printf(
+        "  %-36s %14llu\n",
+        "pixels that show geometry",
+        static_cast<unsigned long long>(findings.items.pixels)
+    );
+    number(
         "same_fraction",
         "same item, of them",
         share(findings.same_pixels, findings.items.pixels),
         ""
     );
-    figures.number(
-        "settled_fraction", "one item around, of them", findings.items.settled_fraction, ""
-    );
-    figures.number("equal_fraction", "same item, of those", findings.items.equal_fraction, "");
-    figures.number(
+    number("settled_fraction", "one item around, of them", findings.items.settled_fraction, "");
+    number("equal_fraction", "same item, of those", findings.items.equal_fraction, "");
+    number(
         "coincident_fraction",
         "others in the same place, of those",
         share(findings.coincident_pixels, findings.items.settled_pixels),
         ""
     );
-    figures.number(
+    number(
         "psnr_db_median",
         "PSNR of the colours, median",
         psnr ? std::optional(psnr->median) : std::nullopt,
         "dB"
     );
-    figures.number(
+    number(
         "psnr_db_min",
         "PSNR of the colours, least",
         *std::min_element(findings.psnr_db.begin(), findings.psnr_db.end()),
         "dB"
     );
-    figures.number(
-        "points_px_median", "points apart, median", findings.points_px.percentile(0.5), "px"
-    );
-    figures.number("points_px_p99", "points apart, p99", findings.points_px.percentile(0.99), "px");
-    figures.number("points_px_max", "points apart, largest", findings.points_px.max(), "px");
+    number("points_px_median", "points apart, median", findings.points_px.percentile(0.5), "px");
+    number("points_px_p99", "points apart, p99", findings.points_px.percentile(0.99), "px");
+    number("points_px_max", "points apart, largest", findings.points_px.max(), "px");
     const std::uint64_t measured = findings.points_px.count();
-    figures.number(
+    number(
         "points_m_max",
         "points apart, largest",
         measured != 0 ? std::optional(findings.points_max_m) : std::nullopt,
         "m"
     );
-    figures.number(
+    number(
         "other_surface_fraction",
         "points apart by more than a pixel",
         share(findings.other_surface_pixels, measured),
         ""
     );
-    return options.json.empty() ? Result<void>{} : figures.save(options.json);
+    return options.json.empty() ? Result<void>{} : save(figures, options.json);
 }
 
 Result<void> run_crosscheck(const Options& options) {
