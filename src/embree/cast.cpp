@@ -16,8 +16,9 @@ namespace {
 /// Rays that Embree takes at once.
 constexpr std::size_t kLanes = 16;
 constexpr std::uint32_t kNoDraw = UINT32_MAX;
-/// From so many samples a pixel it pays to have Embree take a packet down together.
-constexpr std::size_t kCoherentSamples = 4;
+/// It pays to have Embree take a packet down together while there are no more triangles than this
+/// for every ray in their rectangle: beyond, the rays part among the leaves.
+constexpr double kCoherentTriangles = 4.0;
 
 template <typename T>
 using Lanes = std::array<T, kLanes>;
@@ -134,10 +135,6 @@ class Caster {
         rtcInitIntersectContext(&context_.cast.embree);
         context_.work = &work;
         context_.packet = &packet_;
-        // Rays of one pixel take one way; those of neighbouring pixels part among leaves.
-        context_.cast.embree.flags = samples_ < kCoherentSamples
-                                         ? RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT
-                                         : RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
         std::fill_n(hits_.ray.time, kLanes, 0.0F);
         std::fill_n(hits_.ray.mask, kLanes, UINT32_MAX);
         std::iota(hits_.ray.id, hits_.ray.id + kLanes, 0U);
@@ -334,6 +331,11 @@ void Caster::cast(std::uint32_t index, const DepthRange& depths) noexcept {
     if (any == 0) {
         return;
     }
+    const double rays = static_cast<double>(area(draw.around)) * static_cast<double>(samples_);
+    const double triangles = static_cast<double>(item.surface->indices.size() / 3);
+    context_.cast.embree.flags = triangles <= kCoherentTriangles * rays
+                                     ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
+                                     : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
     context_.cells = std::span(work_->cells).subspan(draw.first_cell, draw.cell_count);
     context_.cast.embree.filter = draw.cell_count > 0 ? keep_listed : nullptr;
     context_.cast.direction_dx = to_object * pass_->direction_dx;
@@ -385,7 +387,7 @@ Color16 Caster::shade(std::size_t lane) const noexcept {
     const CastItem& item = *draw.item;
     const SurfacePart& part = item.surface->parts[packet.geometry[lane]];
     const std::uint32_t triangle = part.first_triangle + packet.primitive[lane];
-    const std::uint32_t* corners = &item.surface->indices[std::size_t{triangle} * 3];
+    const TriangleLook& look = item.surface->looks[triangle];
     const float u = packet.u[lane];
     const float v = packet.v[lane];
     const std::array<float, 3> shares = {1.0F - u - v, u, v};
@@ -393,18 +395,18 @@ Color16 Caster::shade(std::size_t lane) const noexcept {
     const float ambient = scene_->ambient();
     glm::vec3 color(0.0F);
     for (std::size_t k = 0; k < 3; ++k) {
-        const VertexLook& look = item.surface->looks[corners[k]];
+        const glm::vec3 normal = unpacked_normal(look.normals[k]);
         float cosine = 0.0F;
         if (item.uniform) {
-            cosine = glm::dot(look.normal, item.object_light);
+            cosine = glm::dot(normal, item.object_light) / kNormalScale;
         } else {
-            const glm::vec3 normal = item.normal_to_world * look.normal;
-            const float length_sq = glm::dot(normal, normal);
-            cosine = length_sq > 0.0F ? glm::dot(normal, scene_->to_light()) / std::sqrt(length_sq)
+            const glm::vec3 world = item.normal_to_world * normal;
+            const float length_sq = glm::dot(world, world);
+            cosine = length_sq > 0.0F ? glm::dot(world, scene_->to_light()) / std::sqrt(length_sq)
                                       : 0.0F;
         }
         const float lit = ambient + (1.0F - ambient) * (0.5F + 0.5F * cosine);
-        color += glm::vec3(look.color.r, look.color.g, look.color.b) * (shares[k] * lit);
+        color += glm::vec3(look.colors[k]) * (shares[k] * lit);
     }
     constexpr float kMost = 255.0F;
     color *= glm::vec3(part.material->base_color) / kMost;

@@ -34,11 +34,21 @@ bool count_bytes(void* sum, ssize_t bytes, bool /*post*/) {
     return true;
 }
 
-float corner_alpha(const SurfacePart& part, const std::uint32_t* corners, float u, float v) {
-    const std::vector<VertexLook>& looks = part.surface->looks;
-    return (1.0F - u - v) * static_cast<float>(looks[corners[0]].color.a) +
-           u * static_cast<float>(looks[corners[1]].color.a) +
-           v * static_cast<float>(looks[corners[2]].color.a);
+/// Interpolated alpha of the vertices. [0, 255]
+float corner_alpha(const TriangleLook& look, float u, float v) noexcept {
+    return (1.0F - u - v) * static_cast<float>(look.colors[0].a) +
+           u * static_cast<float>(look.colors[1].a) + v * static_cast<float>(look.colors[2].a);
+}
+
+std::uint32_t packed_normal(const glm::vec3& normal) noexcept {
+    const float length = glm::length(normal);
+    const glm::vec3 unit = length > 0.0F ? normal / length : glm::vec3(0.0F, 1.0F, 0.0F);
+    std::uint32_t packed = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto value = static_cast<std::int32_t>(std::lround(unit[axis] * kNormalScale));
+        packed |= (static_cast<std::uint32_t>(value) & 0x3FFU) << (10 * axis);
+    }
+    return packed;
 }
 
 /// Geometry filter of parts with holes.
@@ -54,9 +64,9 @@ void keep_solid(const RTCFilterFunctionNArguments* arguments) {
             part.first_triangle + RTCHitN_primID(arguments->hit, count, i);
         const float u = RTCHitN_u(arguments->hit, count, i);
         const float v = RTCHitN_v(arguments->hit, count, i);
-        const std::uint32_t* corners = &part.surface->indices[std::size_t{triangle} * 3];
         constexpr float kMost = 255.0F;
-        float alpha = corner_alpha(part, corners, u, v) / kMost * part.material->base_color.a;
+        float alpha =
+            corner_alpha(part.surface->looks[triangle], u, v) / kMost * part.material->base_color.a;
         if (part.material->texture != nullptr) {
             const glm::vec3 origin(
                 RTCRayN_org_x(arguments->ray, count, i),
@@ -92,16 +102,6 @@ std::unique_ptr<Surface> copy_vertices(const Mesh& mesh) {
     surface->positions.reserve(mesh.positions.size() + 1);
     surface->positions = mesh.positions;
     surface->positions.emplace_back(0.0F);
-    surface->looks.resize(mesh.positions.size());
-    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-        const float length = glm::length(mesh.normals[i]);
-        if (length > 0.0F) {
-            surface->looks[i].normal = mesh.normals[i] / length;
-        }
-        if (!mesh.colors.empty()) {
-            surface->looks[i].color = mesh.colors[i];
-        }
-    }
     surface->texcoords = mesh.texcoords;
     return surface;
 }
@@ -166,7 +166,15 @@ const SurfaceMaterial* CastScene::material_of(MaterialId id) const noexcept {
     return id == kNone<MaterialId> ? &materials_.back() : &materials_[index_of(id)];
 }
 
-Result<const Surface*> CastScene::build(std::unique_ptr<Surface> surface, const std::string& name) {
+Result<const Surface*> CastScene::build(std::unique_ptr<Surface> surface, const Mesh& mesh) {
+    const std::string name = "mesh " + mesh.name;
+    surface->looks.resize(surface->indices.size() / 3);
+    for (std::size_t i = 0; i < surface->indices.size(); ++i) {
+        TriangleLook& look = surface->looks[i / 3];
+        const std::uint32_t vertex = surface->indices[i];
+        look.normals[i % 3] = packed_normal(mesh.normals[vertex]);
+        look.colors[i % 3] = mesh.colors.empty() ? glm::u8vec4(255) : mesh.colors[vertex];
+    }
     const std::vector<glm::vec3>& positions = surface->positions;
     for (std::size_t i = 0; i + 1 < positions.size(); ++i) {
         surface->bounds = unite(surface->bounds, positions[i]);
@@ -361,7 +369,7 @@ Result<void> CastScene::add_items(const Scene& scene, const Hierarchy* hierarchy
             if (flat) {
                 bake(*surface, item);
             }
-            Result<const Surface*> built = build(std::move(surface), "mesh " + mesh.name);
+            Result<const Surface*> built = build(std::move(surface), mesh);
             if (!built) {
                 return tl::unexpected(std::move(built).error());
             }
@@ -416,7 +424,7 @@ std::uint64_t CastScene::bytes() const noexcept {
     }
     for (const std::unique_ptr<Surface>& surface : surfaces_) {
         bytes += surface->positions.size() * sizeof(glm::vec3) +
-                 surface->looks.size() * sizeof(VertexLook) +
+                 surface->looks.size() * sizeof(TriangleLook) +
                  surface->texcoords.size() * sizeof(glm::vec2) +
                  surface->indices.size() * sizeof(std::uint32_t) +
                  surface->block_boxes.size() * sizeof(Box3f);

@@ -13,6 +13,7 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -33,12 +34,13 @@ struct SceneRelease {
 using DeviceHandle = std::unique_ptr<RTCDeviceTy, DeviceRelease>;
 using SceneHandle = std::unique_ptr<RTCSceneTy, SceneRelease>;
 
-/// What shading needs of a vertex.
-struct VertexLook {
-    glm::vec3 normal{0.0F, 1.0F, 0.0F}; ///< unit
-    glm::u8vec4 color{255};
+/// What shading needs of the corners of a triangle, together, since what a ray meets next may be
+/// anywhere: a vertex each would be three ways to memory.
+struct TriangleLook {
+    std::array<std::uint32_t, 3> normals{}; ///< unit; 10 bits a component, signed, x in the lowest
+    std::array<glm::u8vec4, 3> colors{};
 };
-static_assert(sizeof(VertexLook) == 16);
+static_assert(sizeof(TriangleLook) == 24);
 
 struct SurfaceMaterial {
     glm::vec4 base_color{1.0F};
@@ -62,8 +64,8 @@ struct SurfacePart {
 struct Surface {
     SceneHandle bvh;
     std::vector<glm::vec3> positions; ///< one more than there are: Embree reads 16 bytes each
-    std::vector<VertexLook> looks;
-    std::vector<glm::vec2> texcoords; ///< empty, or as many as looks
+    std::vector<TriangleLook> looks;  ///< by triangle
+    std::vector<glm::vec2> texcoords; ///< empty, or one a position
     std::vector<std::uint32_t> indices;
     std::vector<SurfacePart> parts; ///< by geometry id
     Box3f bounds;
@@ -126,8 +128,7 @@ class CastScene {
     [[nodiscard]] std::unique_ptr<Surface>
     split_surface(const Mesh& mesh, const Hierarchy& hierarchy, std::size_t item) const;
     [[nodiscard]] Result<void> find_split_runs(const Scene& scene, const Hierarchy& hierarchy);
-    [[nodiscard]] Result<const Surface*>
-    build(std::unique_ptr<Surface> surface, const std::string& name);
+    [[nodiscard]] Result<const Surface*> build(std::unique_ptr<Surface> surface, const Mesh& mesh);
     [[nodiscard]] const SurfaceMaterial* material_of(MaterialId id) const noexcept;
 
     std::atomic<std::int64_t> embree_bytes_{0}; // outlives the device, which counts in it
@@ -148,6 +149,15 @@ struct CastContext {
     glm::vec3 direction_dx{0.0F};
     glm::vec3 direction_dy{0.0F};
 };
+
+/// One normal of a `TriangleLook`, 511 times as long.
+[[nodiscard]] inline glm::vec3 unpacked_normal(std::uint32_t packed) noexcept {
+    const auto component = [&](unsigned shift) {
+        return static_cast<float>(static_cast<std::int32_t>(packed << shift) >> 22);
+    };
+    return {component(22), component(12), component(2)};
+}
+inline constexpr float kNormalScale = 511.0F;
 
 /// How the texture of a part looks from a ray.
 /// @param origin, direction of the ray in object space @param u, v of the hit

@@ -128,22 +128,24 @@ bool place_draw(const Pass& pass, const Box3f& box, Draw& draw) noexcept {
     return draw.nearest <= draw.farthest && draw.around.width > 0 && draw.around.height > 0;
 }
 
-/// Calls `visit` with boxes around the triangles of a cell, block by block. A block that reaches
-/// into the next cell may lie in two places far apart: only the cell's part of it counts.
+/// Calls `visit` with boxes around the triangles [first, last), block by block, while it returns
+/// true. A block at an end may lie in two places far apart: only these triangles of it count.
 template <typename Visit>
-void for_boxes(const Surface& surface, const Cell& cell, const Visit& visit) {
-    const std::uint32_t cell_end = cell.first_triangle + cell.triangle_count;
-    for (std::uint32_t first = cell.first_triangle; first < cell_end;) {
+void for_boxes(
+    const Surface& surface, std::uint32_t first, std::uint32_t last, const Visit& visit
+) {
+    bool more = true;
+    while (more && first < last) {
         const std::uint32_t block = first / Surface::kBlock;
-        const std::uint32_t end = std::min((block + 1) * Surface::kBlock, cell_end);
+        const std::uint32_t end = std::min((block + 1) * Surface::kBlock, last);
         if (end - first == Surface::kBlock) {
-            visit(surface.block_boxes[block]);
+            more = visit(surface.block_boxes[block]);
         } else {
             Box3f box;
             for (std::size_t i = std::size_t{first} * 3; i < std::size_t{end} * 3; ++i) {
                 box = unite(box, surface.positions[surface.indices[i]]);
             }
-            visit(box);
+            more = visit(box);
         }
         first = end;
     }
@@ -182,7 +184,12 @@ void add_depths(const Pass& pass, Draw& draw, FrameWork& work) {
         }
     };
     for (std::uint32_t i = draw.first_cell; i < draw.first_cell + draw.cell_count; ++i) {
-        for_boxes(*draw.item->surface, work.cells[i], add_block);
+        const Cell& cell = work.cells[i];
+        const std::uint32_t end = cell.first_triangle + cell.triangle_count;
+        for_boxes(*draw.item->surface, cell.first_triangle, end, [&](const Box3f& box) {
+            add_block(box);
+            return true;
+        });
     }
 }
 
@@ -231,14 +238,13 @@ bool only_cells_in_view(
 ) noexcept {
     const Surface& surface = *item.surface;
     const ObjectFrustum frustum(pass, item);
-    const auto hidden = [&](std::uint32_t first, std::uint32_t end) {
-        for (std::uint32_t block = first / Surface::kBlock; block * Surface::kBlock < end;
-             ++block) {
-            if (!frustum.misses(surface.block_boxes[block])) {
-                return false;
-            }
-        }
-        return true;
+    const auto hidden = [&](std::uint32_t begin, std::uint32_t end) {
+        bool all = true;
+        for_boxes(surface, begin, end, [&](const Box3f& box) {
+            all = frustum.misses(box);
+            return all;
+        });
+        return all;
     };
     std::uint32_t first = 0;
     for (const Cell& cell : cells) {
@@ -390,8 +396,10 @@ void add_split_draws(const CastScene& scene, const Pass& pass, FrameWork& work) 
         bool alike = true;
         for (const Cell& cell : cells) {
             alike = alike && cell.use_count == 1 && same_uses(work, cells.front(), cell);
-            for_boxes(*draw.item->surface, cell, [&](const Box3f& part) {
+            const std::uint32_t end = cell.first_triangle + cell.triangle_count;
+            for_boxes(*draw.item->surface, cell.first_triangle, end, [&](const Box3f& part) {
                 box = unite(box, part);
+                return true;
             });
         }
         if (!place_draw(pass, box, draw)) {
