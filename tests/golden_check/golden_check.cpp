@@ -9,11 +9,12 @@
 #include "golden_check/golden_checks.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <map>
-#include <optional>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -78,7 +79,7 @@ void print_tally(const std::string& name, const char* precision, const Tally& ta
 Real quantile(std::vector<Real> values, double part) {
     std::sort(values.begin(), values.end());
     const auto last = static_cast<double>(values.size() - 1);
-    return values[static_cast<std::size_t>(part * last + 0.5)];
+    return values[static_cast<std::size_t>(std::lround(part * last))];
 }
 
 void print_errors(const std::vector<NamedReport>& reports) {

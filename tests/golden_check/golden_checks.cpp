@@ -21,9 +21,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <type_traits>

@@ -117,7 +117,7 @@ projected_size_unchecked(const Cube<T>& cube, const CameraPose<T>& pose, T focal
     }
     using Point = glm::vec<2, T>;
     const T z = terms.center.z;
-    std::array<Point, 8> shown;
+    std::array<Point, 8> shown{};
     Point lo(T(0));
     Point hi(T(0));
     for (std::size_t i = 0; i < shown.size(); ++i) {
@@ -158,7 +158,8 @@ projected_size(const Cube<T>& cube, const CameraPose<T>& pose, T focal_px) noexc
 ///
 ///     f 2 R sqrt(d^2 - R^2) / (z^2 - R^2)    where z > R, else infinite;   R = sqrt(3) edge / 2
 ///
-/// Never too small, rounding included; 1.06 times the diameter in the median, 1.39 at most.
+/// Never too small, rounding included. For cubes 20 edges away and more, up to 60 degrees off the
+/// axis: 1.06 times the diameter in the median, 1.5 at most.
 /// @param focal_px [px] > 0
 /// @return [px]
 /// @pre as `projected_size_unchecked`
@@ -189,7 +190,8 @@ sphere_bound_px_unchecked(const Cube<T>& cube, const CameraPose<T>& pose, T foca
 ///     f 2 R sqrt(1 + r^2) / z    with the largest r (tangent off the axis) and the least z of the
 ///                                corners; infinite where that z is not positive
 ///
-/// Never too small, rounding included; 1.09 times the diameter in the median, 2.05 at most.
+/// Never too small, rounding included. For cubes 20 edges away and more, up to 60 degrees off the
+/// axis: 1.09 times the diameter in the median, 1.7 at most.
 /// @param focal_px [px] > 0
 /// @return [px]
 /// @pre as `projected_size_unchecked`
