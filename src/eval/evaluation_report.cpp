@@ -348,7 +348,9 @@ std::string table(const ComparedWalk& walk) {
         for (std::size_t index = 0; index < all.size(); ++index) {
             const bool warns = over > 0 && all[index].title == "pixels beyond";
             std::string classes = starts_group(index) ? "group" : "";
-            classes += warns ? "over" : "";
+            if (warns) {
+                classes += classes.empty() ? "over" : " over";
+            }
             html += classes.empty() ? "<td>" : "<td class=\"" + classes + "\">";
             html += escaped(all[index].text(run)) + "</td>";
         }

@@ -497,6 +497,9 @@ TEST_CASE("figures arrive in their cells", "[evaluation_report]") {
         INFO(group << ", " << title);
         CHECK(first_cell(page, group, title) == text);
     }
+    CHECK(std::count_if(page.begin(), page.end(), [](const Element& element) {
+              return element.name == "td" && element.has_class("over");
+          }) == 1);
     // Without the frames the share is not known, so the pixels are told.
     run.disparity_p99_px.clear();
     CHECK(
@@ -552,6 +555,7 @@ TEST_CASE("a baseline is named before a faster run that dominates too", "[evalua
          {},
          {measured("best", 5.0, 0.05),
           measured("lod", 20.0, 0.08, "mesh-lod"),
+          measured("plain", 30.0, 0.07, "geometry"),
           measured("worst", 40.0, 0.10)}},
         folder
     );
@@ -717,6 +721,42 @@ TEST_CASE("times are drawn on a logarithmic axis, gaps are kept", "[evaluation_r
     CHECK(gaps[2].x == gaps[3].x);
     const auto bottom = path_of_class(drawing, "axis").front().y;
     CHECK(bottom - gaps[0].y == Approx(2.0 * (bottom - gaps[2].y)).margin(0.31));
+    // Also in a walk so long that its line is thinned.
+    run.disparity_p99_px.assign(5000, 1.0);
+    run.disparity_p99_px[2503].reset();
+    write({"t", {}, {run}}, folder);
+    int lines = 0;
+    for (const Element& element : parse_markup(folder.text("island_disparity_frames.svg"))) {
+        // All frames and their medians; what else has the class are bits beside labels.
+        const std::string line = element.attribute("d");
+        if (element.has_class("line") && line.size() > 1000) {
+            CHECK(std::count(line.begin(), line.end(), 'M') == 2);
+            ++lines;
+        }
+    }
+    CHECK(lines == 2);
+}
+
+TEST_CASE("axes end on the round value beyond the last", "[evaluation_report]") {
+    Folder folder;
+    EvaluatedRun run = measured("one", 10.0, std::nullopt);
+    const auto top_tick = [&](double most) {
+        run.frame_ms = {2.0, most};
+        write({"t", {}, {run}}, folder);
+        std::string top;
+        double height = kInfinity;
+        for (const Element& element : parse_markup(folder.text("island_frame_times.svg"))) {
+            if (element.has_class("end") && numbers(element.attribute("y")).at(0) < height) {
+                height = numbers(element.attribute("y")).at(0);
+                top = element.text;
+            }
+        }
+        return top;
+    };
+    CHECK(top_tick(10.0) == "10");
+    CHECK(top_tick(10.01) == "20");
+    CHECK(top_tick(49.0) == "50");
+    CHECK(top_tick(2.0) == "5"); // equal values still have some room
 }
 
 TEST_CASE("no peak of a long walk is lost", "[evaluation_report]") {
