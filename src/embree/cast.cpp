@@ -332,8 +332,7 @@ void Caster::cast(std::uint32_t index, const DepthRange& depths) noexcept {
         return;
     }
     const double rays = static_cast<double>(area(draw.around)) * static_cast<double>(samples_);
-    const double triangles = static_cast<double>(item.surface->indices.size() / 3);
-    context_.cast.embree.flags = triangles <= kCoherentTriangles * rays
+    context_.cast.embree.flags = draw.triangles <= kCoherentTriangles * rays
                                      ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
                                      : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
     context_.cells = std::span(work_->cells).subspan(draw.first_cell, draw.cell_count);

@@ -360,6 +360,7 @@ void add_draws(
     for (std::uint32_t i = command.first; i < command.first + command.count; ++i) {
         draw.item_index = static_cast<std::uint32_t>(index_of(plan.items[i]));
         draw.item = &scene.items()[draw.item_index];
+        draw.triangles = static_cast<std::uint32_t>(draw.item->surface->indices.size() / 3);
         if (place_draw(pass, draw.item->surface->bounds, draw)) {
             work.draws.push_back(draw);
         }
@@ -395,6 +396,7 @@ void add_split_draws(const CastScene& scene, const Pass& pass, FrameWork& work) 
         Box3f box;
         bool alike = true;
         for (const Cell& cell : cells) {
+            draw.triangles += cell.triangle_count;
             alike = alike && cell.use_count == 1 && same_uses(work, cells.front(), cell);
             const std::uint32_t end = cell.first_triangle + cell.triangle_count;
             for_boxes(*draw.item->surface, cell.first_triangle, end, [&](const Box3f& part) {

@@ -78,6 +78,7 @@ struct Draw {
     glm::vec3 eye{0.0F};  ///< in object space
     float nearest = 0.0F; ///< of all that is drawn, along the view direction [m]
     float farthest = 0.0F;
+    std::uint32_t triangles = 0;  ///< that are drawn
     Region around;                ///< [px] of the target: where it may be seen
     std::uint32_t use = 0;        ///< into `FrameWork::uses`: of all triangles, where
     std::uint32_t first_cell = 0; ///< into `FrameWork::cells`, ordered and apart
