@@ -123,7 +123,7 @@ tbody th{font-weight:600;text-align:left;position:sticky;left:0;background:var(-
 tbody tr:nth-child(even) th,tbody tr:nth-child(even) td{background:var(--band)}
 tbody .dominated th,tbody .dominated td{color:var(--quiet)}
 .mark{font-weight:400;font-size:.75rem;color:var(--warn)}
-td.over{color:var(--warn)}
+tbody tr td.over{color:var(--warn)}
 .plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,40rem),1fr));gap:1rem}
 figure{margin:0;min-width:0}
 .chart{overflow-x:auto;border:1px solid var(--line);border-radius:4px}
