@@ -1,0 +1,198 @@
+#include "files.hpp"
+#include "run/backends.hpp"
+#include "run/technique.hpp"
+#include "run/world.hpp"
+#include <farfield/eval/cost_model_file.hpp>
+#include <farfield/gpu/null/null_backend.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <string>
+
+namespace {
+
+using farfield::CostModel;
+using farfield::FramePlan;
+using farfield::Motion;
+using farfield::NullBackend;
+using farfield::Planner;
+using farfield::RunReport;
+using farfield::run::Backends;
+using farfield::run::RunOptions;
+using farfield::run::Technique;
+using farfield::run::World;
+using farfield::test::TemporaryFile;
+namespace run = farfield::run;
+
+/// A small scene from a file, with levels of detail.
+const World& world() {
+    static const World kWorld = [] {
+        const TemporaryFile file("technique.obj", farfield::test::roof_obj());
+        run::WorldOptions options;
+        options.scene = file.path();
+        options.levels = true;
+        auto loaded = run::load_world(options);
+        REQUIRE(loaded);
+        return std::move(*loaded);
+    }();
+    return kWorld;
+}
+
+NullBackend make_backend() {
+    return NullBackend(world().item_primitives, &world().hierarchy);
+}
+
+RunOptions options_of(const std::string& technique) {
+    RunOptions options;
+    options.technique = technique;
+    return options;
+}
+
+std::string message_of(const farfield::Result<void>& result) {
+    return result ? "accepted" : result.error().message;
+}
+
+} // namespace
+
+TEST_CASE("names of what does not exist are refused with what does", "[technique]") {
+    CHECK(run::validate(RunOptions{}));
+    RunOptions options;
+    SECTION("technique") {
+        options.technique = "imagecache";
+        CHECK(
+            message_of(run::validate(options)) ==
+            "technique \"imagecache\" does not exist, expected one of geometry, mesh-lod, "
+            "image-cache"
+        );
+    }
+    SECTION("preset") {
+        options.preset = "shade";
+        CHECK(
+            message_of(run::validate(options)) ==
+            "preset \"shade\" does not exist, expected one of shade1996"
+        );
+    }
+    SECTION("levels") {
+        options.levels = "";
+        CHECK(
+            message_of(run::validate(options)) ==
+            "levels \"\" does not exist, expected one of collapse, cluster"
+        );
+    }
+    SECTION("backend") {
+        options.backend = "vulkan";
+        CHECK(
+            message_of(run::validate(options)) ==
+            "backend \"vulkan\" does not exist, expected one of opengl, embree, null"
+        );
+    }
+    // What is not valid is not made either.
+    NullBackend backend = make_backend();
+    const auto made = Technique::create(world(), options, backend);
+    REQUIRE_FALSE(made);
+    CHECK(made.error().message == run::validate(options).error().message);
+}
+
+TEST_CASE("each technique plans, and promises what it can", "[technique]") {
+    NullBackend backend = make_backend();
+    const auto target = backend.create_target(world().width, world().height, 1);
+    REQUIRE(target);
+    for (const char* name : {"geometry", "mesh-lod", "image-cache"}) {
+        CAPTURE(name);
+        RunOptions options = options_of(name);
+        options.cache.error_px = 3.0;
+        auto made = Technique::create(world(), options, backend);
+        REQUIRE(made);
+        const Planner planner = made->planner();
+        // What it hands out stays where it is when the technique moves.
+        const Technique technique = std::move(*made);
+        const FramePlan& plan = planner.plan(world().view(0), Motion{});
+        CHECK(backend.execute(plan, *target, {}));
+        CHECK_FALSE(plan.items.empty());
+        const bool images = options.technique == "image-cache";
+        CHECK((technique.cache() != nullptr) == images);
+        CHECK(static_cast<bool>(planner.statistics) == images);
+        RunReport report;
+        technique.add_to_report(report);
+        CHECK(report.technique == name);
+        CHECK(report.backend == "opengl");
+        CHECK(report.cost_model.has_value() == images);
+        CHECK(report.error_px.has_value() == (options.technique != "geometry"));
+        CHECK(report.memory.image_budget_bytes.has_value() == images);
+        if (images) {
+            CHECK(technique.promise_px() == 3.0);
+            CHECK(*report.memory.image_budget_bytes == options.budget_mib << 20U);
+        }
+        if (options.technique == "geometry") {
+            CHECK_FALSE(technique.promise_px().has_value());
+        }
+    }
+}
+
+TEST_CASE("what techniques themselves refuse comes through", "[technique]") {
+    NullBackend backend = make_backend();
+    for (const char* name : {"mesh-lod", "image-cache"}) {
+        CAPTURE(name);
+        RunOptions options = options_of(name);
+        options.cache.error_px = -1.0;
+        const auto made = Technique::create(world(), options, backend);
+        REQUIRE_FALSE(made);
+        CHECK_THAT(made.error().message, Catch::Contains("error_px is -1"));
+    }
+}
+
+TEST_CASE("a cost model is the backend's stored one, a file's, or measured", "[technique]") {
+    NullBackend backend = make_backend();
+    const auto costs_of = [&](const RunOptions& options) {
+        auto technique = Technique::create(world(), options, backend);
+        REQUIRE(technique);
+        RunReport report;
+        technique->add_to_report(report);
+        REQUIRE(report.cost_model);
+        return *report.cost_model;
+    };
+    RunOptions options = options_of("image-cache");
+    CHECK(costs_of(options) == CostModel{});
+    options.backend = "embree";
+    CHECK(costs_of(options) == farfield::ray_casting_costs());
+    CostModel costs;
+    costs.triangle_s = 1.25e-7;
+    const TemporaryFile file("costs.json", farfield::eval::to_json(costs));
+    options.cost_model = file.path();
+    CHECK(costs_of(options) == costs);
+    options.cost_model = "/nonexistent/costs.json";
+    const auto missing = Technique::create(world(), options, backend);
+    REQUIRE_FALSE(missing);
+    CHECK_THAT(missing.error().message, Catch::Contains("/nonexistent/costs.json"));
+}
+
+TEST_CASE("backends are made by name", "[backends]") {
+    Backends backends(world());
+    const auto none = backends.make("vulkan");
+    REQUIRE_FALSE(none);
+    CHECK(
+        none.error().message == "backend \"vulkan\" does not exist, expected opengl, embree or null"
+    );
+    for (const char* name : {"null", "embree"}) {
+        CAPTURE(name);
+        const auto plain = backends.make(name);
+        const auto positions = backends.make(name, true);
+        REQUIRE(plain);
+        REQUIRE(positions);
+        CHECK(*plain != *positions);
+        CHECK_FALSE((*plain)->limits().positions);
+        CHECK((*positions)->limits().positions);
+    }
+}
+
+TEST_CASE("a report begins with what is known of the world", "[technique]") {
+    const RunReport report = run::report_of(world());
+    CHECK(*report.scene.triangles == 4);
+    CHECK(*report.scene.instances == world().instances);
+    CHECK(*report.scene.nodes == world().hierarchy.nodes.size());
+    CHECK(report.width == world().width);
+    CHECK(report.height == world().height);
+    CHECK(report.fov_deg == world().fov_deg);
+    CHECK(*report.memory.scene_bytes == world().scene_bytes);
+    CHECK_FALSE(report.frame_ms.total.has_value());
+}
