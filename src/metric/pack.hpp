@@ -87,6 +87,12 @@ struct Lanes<Pack<T, kBytes>> {
         return Number(reinterpret_cast<Values>(reinterpret_cast<Integers>(x.values) & all_but_sign)
         );
     }
+    /// As whole numbers, negative numbers are below zero too, and the larger of two whole numbers
+    /// takes one instruction.
+    [[nodiscard]] static Number positive_part(Number x) noexcept {
+        const auto bits = reinterpret_cast<Integers>(x.values);
+        return Number(reinterpret_cast<Values>(bits > Integers{} ? bits : Integers{}));
+    }
     /// The loop becomes one instruction where the unit is compiled with -fno-math-errno.
     [[nodiscard]] static Number square_root(Number x) noexcept {
         Number root;

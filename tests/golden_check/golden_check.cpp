@@ -109,10 +109,7 @@ void print_errors(const std::vector<NamedReport>& reports) {
                 );
                 std::printf(" %.2Lg, %.2Lg", quantile(numbers, 0.5), quantile(numbers, 1));
                 if (numbers.size() < errors.naive.size()) {
-                    std::printf(
-                        "; %zu %% NaN",
-                        100 * (errors.naive.size() - numbers.size()) / errors.naive.size()
-                    );
+                    std::printf("; %zu NaN", errors.naive.size() - numbers.size());
                 }
                 std::puts(" |");
             }

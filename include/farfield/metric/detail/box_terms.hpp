@@ -99,7 +99,7 @@ template <typename Number>
     terms.u_hi = hi - image.viewer;
     terms.half = (hi - lo) * Number(T(0.5));
     // Signs of differences are exact, so the gap is zero for the viewers in the closed box only.
-    terms.gap = greatest(greatest(terms.u_lo, image.viewer - hi), Triple<Number>{zero, zero, zero});
+    terms.gap = positive_part(greatest(terms.u_lo, image.viewer - hi));
     terms.is_hidden = image.sees_back | (largest(terms.gap) <= zero);
 
     const Triple<Number> c_lo = image.point - lo;
@@ -200,7 +200,7 @@ bound_t1(const ImageTerms<Number>& image, const BoxTerms<Number>& box) noexcept 
         Number(std::numeric_limits<T>::min());
     // Eight roundings in each square, and the second is no more than the first.
     const Number cosine_sq = depth * depth * Number(1 - 24 * kUnit) * dot(gap, gap) - sine * sine;
-    const Number angle = arc_tangent(sine, Lane::square_root(greatest(cosine_sq, zero)));
+    const Number angle = arc_tangent(sine, Lane::square_root(Lane::positive_part(cosine_sq)));
     const auto is_bounded = (zero < depth) & (zero < cosine_sq);
     return shown(box, Lane::select(is_bounded, angle, Number(std::numbers::pi_v<T>)));
 }

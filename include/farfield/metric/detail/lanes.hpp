@@ -24,6 +24,10 @@ struct Lanes {
         return condition ? yes : no;
     }
     [[nodiscard]] static Number magnitude(Number x) noexcept { return std::abs(x); }
+    /// x, or 0 where it is negative.
+    [[nodiscard]] static Number positive_part(Number x) noexcept {
+        return x > Number(0) ? x : Number(0);
+    }
     [[nodiscard]] static Number square_root(Number x) noexcept { return std::sqrt(x); }
     /// As `exponent_of`. @pre 0 <= x < 2^(kMaxExponent + 1), as differences of measurable
     /// coordinates are
@@ -88,6 +92,12 @@ template <typename Number>
 [[nodiscard]] Triple<Number> magnitude(const Triple<Number>& v) noexcept {
     using Lane = Lanes<Number>;
     return {Lane::magnitude(v.x), Lane::magnitude(v.y), Lane::magnitude(v.z)};
+}
+
+template <typename Number>
+[[nodiscard]] Triple<Number> positive_part(const Triple<Number>& v) noexcept {
+    using Lane = Lanes<Number>;
+    return {Lane::positive_part(v.x), Lane::positive_part(v.y), Lane::positive_part(v.z)};
 }
 
 template <typename Number>
