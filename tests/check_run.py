@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Checks what a walkthrough of the island has written: its JSON and one of its pictures.
+"""Checks what a walkthrough of the island has written: its JSON and one of its pictures. It has to
+have measured disparity (--measure) and the truth (--truth).
 
     tests/check_run.py SUMMARY.json FRAME.png
 
@@ -7,6 +8,7 @@ Ends with 1 and one line for each thing that is wrong. Needs nothing but Python 
 """
 
 import json
+import math
 import struct
 import sys
 import zlib
@@ -83,12 +85,55 @@ def figures_wrong(report):
             return None
         return value
 
-    for path in (("scene", "triangles"), ("frames",), ("frame_ms", "total"),
+    for path in (("scene", "triangles"), ("frame_ms", "total"),
                  ("reference_frame_ms", "total"), ("work", "images_created")):
         positive(*path)
     speedup = positive("speedup", "overall")
     if speedup is not None and speedup <= 1:
         wrong.append(f"'speedup.overall' is {speedup}: slower than plain geometry")
+    wrong += disparity_wrong(report, positive)
+    wrong += errors_wrong(report, positive)
+    return wrong
+
+
+def disparity_wrong(report, positive):
+    """Lines about surface points that are shown where nobody promised them to be."""
+    wrong = []
+    figures = [positive("disparity_px", name) for name in ("median", "p99", "max", "bound")]
+    sizes = [positive(name) for name in ("width", "height", "frames")]
+    positive("disparity_px", "tightness")
+    positive("memory", "aov_bytes")
+    if None in figures + sizes:
+        return wrong
+    median, p99, largest, bound = figures
+    # Percentiles are known to within 1/128 of themselves.
+    if not median <= p99 * (1 + 1 / 128) <= largest * (1 + 1 / 64):
+        wrong.append(f"'disparity_px' rises from median {median} over p99 {p99} to max {largest}")
+    if p99 > bound:
+        wrong.append(f"'disparity_px.p99' is {p99}, the largest promise is {bound}")
+    over = report["disparity_px"].get("over_bound")
+    # The metric estimates from corners of boxes: here and there a pixel may be beyond its promise.
+    most = math.prod(sizes) / 10000
+    if not isinstance(over, int) or over > most:
+        wrong.append(f"'disparity_px.over_bound' is {over!r}, expected at most {most:.0f} pixels")
+    return wrong
+
+
+def errors_wrong(report, positive):
+    """Lines about pictures that differ from geometry or the truth by more than foliage does."""
+    wrong = []
+    least = positive("image", "psnr_db_min")
+    if least is not None and least < 25:
+        wrong.append(f"'image.psnr_db_min' is {least} dB, expected at least 25")
+    images = positive("truth", "psnr_db_median")
+    geometry = positive("truth", "reference_psnr_db_median")
+    if None not in (images, geometry) and images < geometry - 3:
+        wrong.append(f"'truth': images are at {images} dB, plain geometry at {geometry}")
+    for group in ("image", "truth"):
+        for name in ("missing_fraction", "extra_fraction"):
+            share = (report.get(group) or {}).get(name)
+            if not isinstance(share, (int, float)) or not 0 <= share <= 0.05:
+                wrong.append(f"'{group}.{name}' is {share!r}, expected 0 to 0.05")
     return wrong
 
 
