@@ -13,6 +13,7 @@ namespace farfield::embree {
 namespace {
 
 constexpr float kSteps = 256.0F; // of a texel, to which places are rounded
+constexpr float kHalf = 0.5F;
 
 /// a (1 - share) + b share, in 16 bits; share of 65536.
 std::uint32_t mixed(std::uint32_t a, std::uint32_t b, std::uint32_t share) noexcept {
@@ -30,8 +31,8 @@ TexelPlace texel_place(const TileQuad& quad, float u, float v) noexcept {
     // is left of it, which the largest weight does not reach beyond.
     const std::int32_t last = (quad.page_size - 1) * 256;
     const auto along = [&](float at, std::int32_t first) {
-        const auto steps = static_cast<std::int32_t>(at * kSteps + 0.5F);
-        return std::clamp(steps + first * 256 - 128, 0, last);
+        const float rounded = at * kSteps + kHalf;
+        return std::clamp(static_cast<std::int32_t>(rounded) + first * 256 - 128, 0, last);
     };
     const std::int32_t x = along(u, quad.first_u);
     const std::int32_t y = along(v, quad.first_v);
@@ -72,7 +73,7 @@ void blend_quad_portable(const TileQuad& quad, TileBuffer& tile) noexcept {
             const float w = (quad.w + quad.w_y * y) + quad.w_x * x;
             const float u = ((quad.u + quad.u_y * y) + quad.u_x * x) / w;
             const float v = ((quad.v + quad.v_y * y) + quad.v_x * x) / w;
-            const auto pixel = static_cast<std::size_t>(row * kTile + column);
+            const std::size_t pixel = tile_pixel(column, row);
             const bool inside = w > 0.0F && u >= quad.rim_u && u < quad.width - quad.rim_u &&
                                 v >= quad.rim_v && v < quad.height - quad.rim_v;
             if (inside && quad.depth <= tile.depths[pixel] && quad.order > tile.orders[pixel]) {
@@ -161,7 +162,7 @@ FARFIELD_AVX2 inline void blend_four(__m256i source, __m256i mask, Color16* targ
 
 FARFIELD_AVX2 void blend_quad_avx2(const TileQuad& quad, TileBuffer& tile) noexcept {
     const __m256 steps = _mm256_set1_ps(kSteps);
-    const __m256 half = _mm256_set1_ps(0.5F);
+    const __m256 half = _mm256_set1_ps(kHalf);
     const __m256 low_u = _mm256_set1_ps(quad.rim_u);
     const __m256 low_v = _mm256_set1_ps(quad.rim_v);
     const __m256 high_u = _mm256_set1_ps(quad.width - quad.rim_u);
@@ -183,7 +184,7 @@ FARFIELD_AVX2 void blend_quad_avx2(const TileQuad& quad, TileBuffer& tile) noexc
         const __m256 w_row = _mm256_set1_ps(quad.w + quad.w_y * y);
         for (std::int32_t column = quad.left / kWide * kWide; column < quad.right;
              column += kWide) {
-            const auto pixel = static_cast<std::size_t>(row * kTile + column);
+            const std::size_t pixel = tile_pixel(column, row);
             const __m256 x = _mm256_add_ps(_mm256_set1_ps(static_cast<float>(column)), lanes);
             const __m256 w = _mm256_add_ps(w_row, _mm256_mul_ps(_mm256_set1_ps(quad.w_x), x));
             const __m256 u =

@@ -180,8 +180,9 @@ Result<const Surface*> CastScene::build(std::unique_ptr<Surface> surface, const 
         surface->bounds = unite(surface->bounds, positions[i]);
     }
     for (std::size_t block = 0; block < surface->block_boxes.size(); ++block) {
-        const std::size_t first = block * Surface::kBlock * 3;
-        const std::size_t last = std::min(first + Surface::kBlock * 3, surface->indices.size());
+        constexpr std::size_t kIndices = std::size_t{Surface::kBlock} * 3;
+        const std::size_t first = block * kIndices;
+        const std::size_t last = std::min(first + kIndices, surface->indices.size());
         for (std::size_t i = first; i < last; ++i) {
             surface->block_boxes[block] =
                 unite(surface->block_boxes[block], positions[surface->indices[i]]);

@@ -176,7 +176,8 @@ void add_depths(const Pass& pass, Draw& draw, FrameWork& work) {
         const std::int32_t top =
             std::min((seen.y + seen.height - 1 - around.y) / kDepthSquare, rows - 1);
         for (std::int32_t row = bottom; row <= top; ++row) {
-            const auto first = work.depths.begin() + draw.first_depth + row * columns;
+            const auto first =
+                work.depths.begin() + draw.first_depth + std::ptrdiff_t{row} * columns;
             for (auto square = first + left; square <= first + right; ++square) {
                 square->nearest = std::min(square->nearest, depths.nearest);
                 square->farthest = std::max(square->farthest, depths.farthest);

@@ -111,7 +111,7 @@ void blend_samples(
     const std::size_t samples = places.size();
     for (std::int32_t row = quad.bottom; row < quad.top; ++row) {
         for (std::int32_t column = quad.left; column < quad.right; ++column) {
-            const auto pixel = static_cast<std::size_t>(row * kTile + column);
+            const std::size_t pixel = tile_pixel(column, row);
             const auto x = static_cast<float>(column);
             const auto y = static_cast<float>(row);
             QuadPoint center = at(quad, x, y);
@@ -158,7 +158,7 @@ void show_positions(const PassQuad& shown, const TileQuad& quad, TileBuffer& til
     const std::int32_t last = quad.page_size - 1;
     for (std::int32_t row = quad.bottom; row < quad.top; ++row) {
         for (std::int32_t column = quad.left; column < quad.right; ++column) {
-            const auto pixel = static_cast<std::size_t>(row * kTile + column);
+            const std::size_t pixel = tile_pixel(column, row);
             const auto x = static_cast<float>(column);
             const auto y = static_cast<float>(row);
             const QuadPoint center = at(quad, x, y);

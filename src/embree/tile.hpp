@@ -15,20 +15,25 @@ namespace farfield::embree {
 
 inline constexpr std::size_t kTilePixels = static_cast<std::size_t>(kTile) * kTile;
 
+/// Position of a pixel in the arrays of a tile.
+[[nodiscard]] constexpr std::size_t tile_pixel(std::int32_t column, std::int32_t row) noexcept {
+    return static_cast<std::size_t>(row) * kTile + static_cast<std::size_t>(column);
+}
+
 /// RGBA, premultiplied, with 8 bits behind the point: 0xFF00 is 1.
 using Color16 = std::array<std::uint16_t, 4>;
 inline constexpr float kColor16 = 0xFF00;
 
-/// What a tile shows so far. Pixel (x, y) of the tile is x + y kTile.
+/// What a tile shows so far, by `tile_pixel`.
 struct TileBuffer {
-    alignas(64) std::array<Color16, kTilePixels> colors;
+    alignas(64) std::array<Color16, kTilePixels> colors{};
     /// Distance along the view direction [m]. Of a mixed pixel less than any, so that what goes by
     /// whole pixels leaves it alone.
-    alignas(64) std::array<float, kTilePixels> depths;
+    alignas(64) std::array<float, kTilePixels> depths{};
     /// Order of the command that the pixel shows; 0: from before the phase.
-    alignas(64) std::array<std::uint32_t, kTilePixels> orders;
+    alignas(64) std::array<std::uint32_t, kTilePixels> orders{};
     /// Whether the samples of a pixel differ; then they are what counts.
-    std::array<std::uint8_t, kTilePixels> mixed;
+    std::array<std::uint8_t, kTilePixels> mixed{};
     bool any_mixed = false;
     std::vector<Color16> sample_colors; ///< those of a pixel lie together
     std::vector<float> sample_depths;

@@ -162,8 +162,9 @@ TEST_CASE("Samples cover an edge as much as it does") {
                     if (std::abs(offset) < 0.8) {
                         int inside = 0;
                         for (int k = 0; k < 4096; ++k) {
+                            const int row = k / 64;
                             const double px = (k % 64 + 0.5) / 64.0 - 0.5;
-                            const double py = (k / 64 + 0.5) / 64.0 - 0.5;
+                            const double py = (row + 0.5) / 64.0 - 0.5;
                             inside +=
                                 offset + px * std::cos(angle) + py * std::sin(angle) > 0 ? 1 : 0;
                         }
@@ -248,7 +249,7 @@ TEST_CASE("A mask after something else leaves what was there") {
 
 TEST_CASE("A triangle that several commands draw is cut by each of their boxes") {
     const SmallWorld world = grid_world(8);
-    REQUIRE(world.hierarchy.pieces.size() >= 1);
+    REQUIRE_FALSE(world.hierarchy.pieces.empty());
     const auto caster = make_caster(world.scene, &world.hierarchy);
     const std::vector<Piece>& pieces = world.hierarchy.pieces;
     const auto count = static_cast<std::uint32_t>(pieces.size());
@@ -429,11 +430,6 @@ TEST_CASE("Light on an instance that is stretched") {
     scene.instances.back().object_to_world[2].z = 0.5;
     const auto caster = make_caster(scene);
     const Picture picture = draw(*caster, flat_plan({ItemId{0}}), kSize, kSize);
-    const double lit = 0.5 + 0.5 * 2.0 / std::sqrt(5.0);
-    CHECK(
-        distance(
-            color_at(picture, 32, 32),
-            {int(lit * 255 + 0.5), int(lit * 255 + 0.5), int(lit * 255 + 0.5), 255}
-        ) <= 1
-    );
+    const auto lit = static_cast<int>(std::lround((0.5 + 0.5 * 2.0 / std::sqrt(5.0)) * 255.0));
+    CHECK(distance(color_at(picture, 32, 32), {lit, lit, lit, 255}) <= 1);
 }

@@ -44,6 +44,11 @@ Pair make_pair(const Scene& scene, const Hierarchy* hierarchy) {
     return pair;
 }
 
+std::size_t index_at(int width, int x, int y) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(x);
+}
+
 struct Shown {
     Picture colors;
     PositionPicture positions;
@@ -67,7 +72,7 @@ Shown show(Backend& backend, const FramePlan& plan, int width, int height) {
 /// Where all nine pixels around one show one item.
 bool is_calm(const PositionPicture& picture, int x, int y) {
     const auto at = [&](int column, int row) {
-        return picture.texels[static_cast<std::size_t>(row * picture.width + column)].item;
+        return picture.texels[index_at(picture.width, column, row)].item;
     };
     for (int row = y - 1; row <= y + 1; ++row) {
         for (int column = x - 1; column <= x + 1; ++column) {
@@ -92,7 +97,7 @@ void compare(const Shown& a, const Shown& b, int tolerance, Agreement& sum) {
             if (!is_calm(a.positions, x, y) || !is_calm(b.positions, x, y)) {
                 continue;
             }
-            const auto pixel = static_cast<std::size_t>(y * a.positions.width + x);
+            const auto pixel = index_at(a.positions.width, x, y);
             // Sky that agrees with sky says nothing.
             const bool sky = a.positions.texels[pixel].item == kNone<ItemId> &&
                              b.positions.texels[pixel].item == kNone<ItemId>;
@@ -189,7 +194,7 @@ TEST_CASE("Images are blended as they are rasterised") {
         int items_apart = 0;
         for (int y = 1; y + 1 < kSize; ++y) {
             for (int x = 1; x + 1 < kSize; ++x) {
-                const auto pixel = static_cast<std::size_t>(y * kSize + x);
+                const auto pixel = index_at(kSize, x, y);
                 if (!is_calm(cast.positions, x, y) || !is_calm(rastered.positions, x, y)) {
                     continue; // an edge of the quad or of something in it
                 }
