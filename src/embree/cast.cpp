@@ -148,25 +148,33 @@ class Caster {
         std::size_t pixel = 0;
         std::size_t sample = 0;
         for (std::size_t ray = 0; ray < rays; ray += kLanes) {
-            if (!aim(pixel, sample)) {
+            if (!place(pixel, sample)) {
                 continue;
             }
+            bool aimed = false; // most packets of a frame of images meet no draw
             for (const std::uint32_t draw : workspace_->listed) {
                 if (work_->draws[draw].nearest > packet_.farthest) {
                     break; // the rest is farther still
                 }
                 const DepthRange depths = depths_of(work_->draws[draw]);
                 if (depths.nearest <= std::min(depths.farthest, packet_.farthest)) {
+                    if (!aimed) {
+                        aim();
+                        aimed = true;
+                    }
                     cast(draw, depths);
                 }
             }
-            show();
+            if (aimed) {
+                show();
+            }
         }
     }
 
   private:
     void find_tangents(std::span<const glm::vec2> places) noexcept;
-    bool aim(std::size_t& pixel, std::size_t& sample) noexcept;
+    bool place(std::size_t& pixel, std::size_t& sample) noexcept;
+    void aim() noexcept;
     [[nodiscard]] DepthRange depths_of(const Draw& draw) const noexcept;
     void cast(std::uint32_t draw, const DepthRange& depths) noexcept;
     void show() noexcept;
@@ -204,12 +212,10 @@ void Caster::find_tangents(std::span<const glm::vec2> places) noexcept {
     }
 }
 
-/// Sets up the next rays.
+/// Takes up the next pixels and samples.
 /// @return false where none of them is in the tile's region
-bool Caster::aim(std::size_t& pixel, std::size_t& sample) noexcept {
+bool Caster::place(std::size_t& pixel, std::size_t& sample) noexcept {
     Packet& packet = packet_;
-    Lanes<float> x{};
-    Lanes<float> y{};
     std::int32_t left = kTile;
     std::int32_t right = -1;
     std::int32_t bottom = kTile;
@@ -222,10 +228,6 @@ bool Caster::aim(std::size_t& pixel, std::size_t& sample) noexcept {
         packet.active[lane] = inside ? -1 : 0;
         packet.pixel[lane] = static_cast<std::uint16_t>(in_tile);
         packet.sample[lane] = static_cast<std::uint16_t>(sample);
-        packet.draw[lane] = kNoDraw;
-        packet.order[lane] = 0;
-        x[lane] = workspace_->tangents_x[place.column * samples_ + sample];
-        y[lane] = workspace_->tangents_y[place.row * samples_ + sample];
         const float depth = tile_->mixed[in_tile] == 0
                                 ? tile_->depths[in_tile]
                                 : tile_->sample_depths[in_tile * samples_ + sample];
@@ -246,13 +248,28 @@ bool Caster::aim(std::size_t& pixel, std::size_t& sample) noexcept {
         return false;
     }
     packet.around = {region_.x + left, region_.y + bottom, right - left + 1, top - bottom + 1};
+    return true;
+}
+
+/// Sets up rays through the samples that were taken up.
+void Caster::aim() noexcept {
+    Packet& packet = packet_;
+    Lanes<float> x{};
+    Lanes<float> y{};
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const std::size_t column = packet.pixel[lane] % kTile;
+        const std::size_t row = packet.pixel[lane] / kTile;
+        x[lane] = workspace_->tangents_x[column * samples_ + packet.sample[lane]];
+        y[lane] = workspace_->tangents_y[row * samples_ + packet.sample[lane]];
+        packet.draw[lane] = kNoDraw;
+        packet.order[lane] = 0;
+    }
     const glm::mat3& axes = pass_->camera_to_world;
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
         packet.x[lane] = axes[0].x * x[lane] + axes[1].x * y[lane] - axes[2].x;
         packet.y[lane] = axes[0].y * x[lane] + axes[1].y * y[lane] - axes[2].y;
         packet.z[lane] = axes[0].z * x[lane] + axes[1].z * y[lane] - axes[2].z;
     }
-    return true;
 }
 
 /// Between which depths the packet may meet a draw.
