@@ -74,7 +74,8 @@ class PaintedBackend final : public Backend {
     /// Background everywhere.
     [[nodiscard]] Result<PositionPicture> read_positions(TargetId target) override {
         const Target& read = targets_.at(target);
-        const auto pixels = static_cast<std::size_t>(read.width * read.height);
+        const auto pixels =
+            static_cast<std::size_t>(read.width) * static_cast<std::size_t>(read.height);
         return PositionPicture{read.width, read.height, std::vector<PositionTexel>(pixels)};
     }
     [[nodiscard]] Limits limits() const noexcept override { return {4096, samples, true}; }

@@ -227,7 +227,7 @@ TEST_CASE("what technique and reference share on one backend does not change it"
             setup, {.frames = kFrames, .reference_every = 5, .picture_every = 1}, observer
         ));
     }
-    REQUIRE(pictures[0].size() == 2 * kFrames);
+    REQUIRE(pictures[0].size() == std::size_t{2} * kFrames);
     CHECK(pictures[0] == pictures[1]);
 }
 

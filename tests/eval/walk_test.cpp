@@ -142,7 +142,7 @@ class Stage {
     }
 
     /// Plans in the order in which a backend, or all of them, executed them.
-    std::vector<std::uint32_t> plans(Event::Kind kind, const std::string& who) const {
+    [[nodiscard]] std::vector<std::uint32_t> plans(Event::Kind kind, const std::string& who) const {
         std::vector<std::uint32_t> result;
         for (const Event& event : events) {
             if (event.kind == kind && event.who == who) {
@@ -152,7 +152,7 @@ class Stage {
         return result;
     }
 
-    std::size_t targets_left() const {
+    [[nodiscard]] std::size_t targets_left() const {
         std::size_t count = 0;
         for (const PaintedBackend& one : backends_) {
             count += one.targets_left();
@@ -423,6 +423,7 @@ TEST_CASE("references are drawn on the sampled frames alone", "[walk]") {
     }
     std::vector<double> expected;
     std::vector<int> timed;
+    expected.reserve(sampled.size());
     for (const int frame : sampled) {
         expected.push_back(small_walk(frame, kWidth, kHeight).eye.x);
     }
@@ -594,7 +595,7 @@ TEST_CASE("geometry that is not there, and background that should be", "[walk]")
         CHECK(result->contenders[0].frames[0].image->missing_fraction == 1.0);
         CHECK(result->contenders[0].frames[0].image->extra_fraction == 0.0);
         // The border of the picture has no neighbours there, so it counts as inside.
-        CHECK(result->contenders[0].sky_holes == kWidth * kHeight);
+        CHECK(result->contenders[0].sky_holes == std::uint64_t{kWidth} * kHeight);
         CHECK(result->contenders[1].frames[0].image->missing_fraction == 0.0);
         CHECK(result->contenders[1].sky_holes == 0);
     }
