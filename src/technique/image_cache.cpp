@@ -446,18 +446,31 @@ void ImageCache::Impl::decide(std::uint32_t index) noexcept {
     if (!policy::image_pays(create_s, show_s, contents_s, options.max_life)) {
         return;
     }
-    const float radius = metric::corner_safety_distance_unchecked(plane, box, allowed);
-    Box3f zone = metric::inscribed_cube(Ball<float>{frame.eye, radius});
+    Box3f zone = kEverywhere;
+    std::uint32_t life = 0;
     if (options.validity == ImageValidity::zone) {
-        zone = intersect(zone, state.zone);
+        const float radius = metric::corner_safety_distance_unchecked(plane, box, allowed);
+        zone = intersect(metric::inscribed_cube(Ball<float>{frame.eye, radius}), state.zone);
         if (is_empty(zone)) {
             return;
         }
+        life = policy::extrapolated_lifespan_unchecked(
+                   zone, frame.eye, frame.velocity, frame.acceleration, frame.count
+        )
+                   .frames;
+    } else {
+        // The ball around the eye is as small as the worst direction makes it. The one in which the
+        // viewer goes is known: towards a thing its image lives several times longer than past it.
+        life = policy::extrapolated_lifespan_where(
+            [&](const glm::vec3& eye) {
+                return metric::corner_discrepancy_unchecked(plane, box, eye) <= allowed;
+            },
+            frame.eye,
+            frame.velocity,
+            frame.acceleration,
+            frame.count
+        );
     }
-    const std::uint32_t life = policy::extrapolated_lifespan_unchecked(
-                                   zone, frame.eye, frame.velocity, frame.acceleration, frame.count
-    )
-                                   .frames;
     if (!policy::image_pays(create_s, show_s, contents_s, life)) {
         return;
     }

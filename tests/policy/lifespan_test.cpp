@@ -376,3 +376,67 @@ TEMPLATE_TEST_CASE("Extrapolation meets the simulated path", "", double) {
         CHECK(glm::distance(exit, ball.center) == Approx(ball.radius).epsilon(1e-12));
     }
 }
+
+TEST_CASE("the life span of a test is that of the zone it tests for", "[lifespan]") {
+    support::Random random(31);
+    for (int repeat = 0; repeat < 2000; ++repeat) {
+        const glm::dvec3 half(
+            random.uniform(0.1, 3.0), random.uniform(0.1, 3.0), random.uniform(0.1, 3.0)
+        );
+        const farfield::Box3d zone{-half, half};
+        const glm::dvec3 position(
+            random.uniform(-1.0, 1.0) * half.x,
+            random.uniform(-1.0, 1.0) * half.y,
+            random.uniform(-1.0, 1.0) * half.z
+        );
+        const glm::dvec3 velocity = random.direction<double>() * random.uniform(0.01, 30.0);
+        const farfield::FrameCount<double> count{.frame_seconds = 1.0 / 60, .max_frames = 600};
+        const auto expected = policy::extrapolated_lifespan_unchecked(
+            zone, position, velocity, glm::dvec3(0.0), count
+        );
+        const std::uint32_t frames = policy::extrapolated_lifespan_where(
+            [&](const glm::dvec3& eye) { return contains(zone, eye); },
+            position,
+            velocity,
+            glm::dvec3(0.0),
+            count
+        );
+        // Where the exit lies on a frame but for rounding, either answer is right.
+        const double exit_frames = expected.exit_seconds / count.frame_seconds;
+        if (std::abs(exit_frames - std::round(exit_frames)) > 1e-9) {
+            CHECK(frames == expected.frames);
+        }
+    }
+}
+
+TEST_CASE("the life span of a test: at once, never, at rest, turning back", "[lifespan]") {
+    const farfield::FrameCount<double> count{.frame_seconds = 1.0, .max_frames = 100};
+    const glm::dvec3 none(0.0);
+    const glm::dvec3 along(1.0, 0.0, 0.0);
+    const auto frames_before = [&](double limit, const glm::dvec3& velocity) {
+        return policy::extrapolated_lifespan_where(
+            [&](const glm::dvec3& eye) { return eye.x < limit; }, none, velocity, none, count
+        );
+    };
+    CHECK(frames_before(0.5, along) == 1);
+    CHECK(frames_before(1.0, along) == 1);
+    CHECK(frames_before(1.5, along) == 2);
+    for (const double limit : {6.5, 32.5, 63.5, 98.5}) {
+        CHECK(frames_before(limit, along) == static_cast<std::uint32_t>(limit + 1.0));
+    }
+    CHECK(frames_before(99.5, along) == 100);
+    CHECK(frames_before(1e9, along) == 100);
+    CHECK(frames_before(0.5, none) == 100);
+    CHECK(frames_before(0.5, -along) == 100);
+    const farfield::FrameCount<double> one{.frame_seconds = 1.0, .max_frames = 1};
+    CHECK(
+        policy::extrapolated_lifespan_where(
+            [](const glm::dvec3&) { return true; }, none, along, none, one
+        ) == 1
+    );
+    // Position 5 t - t^2 / 2: beyond 10 from frame 3 to 7, and seen to be so.
+    const std::uint32_t turning = policy::extrapolated_lifespan_where(
+        [](const glm::dvec3& eye) { return eye.x < 10.0; }, none, 5.0 * along, -along, count
+    );
+    CHECK(turning == 3);
+}

@@ -263,6 +263,49 @@ template <typename T, template <typename> class Zone>
                : detail::rejected<T>(outcome);
 }
 
+/// Life span of what a test says is valid, for a viewer who goes on with a constant acceleration:
+/// found by doubling the number of frames until the test fails, and halving the last step until the
+/// frame is found. Right where the test fails for good once it fails, as errors of images do on a
+/// way that does not turn back; else the number of some frame before which it holds.
+/// @param is_valid called with eyes; must hold for `position`
+/// @return [frame] in a row, the current one included; at most `count.max_frames`
+/// @par Cost at most 2 log2(life) calls
+/// @par Source the life span of Shade et al. 1996, section 3.2, with the error itself in place of
+/// the zone
+template <typename T, typename IsValid>
+[[nodiscard]] std::uint32_t extrapolated_lifespan_where(
+    const IsValid& is_valid,
+    const glm::vec<3, T>& position,
+    const glm::vec<3, T>& velocity,
+    const glm::vec<3, T>& acceleration,
+    const FrameCount<T>& count
+) noexcept {
+    FARFIELD_ASSERT(count.frame_seconds > T(0) && count.max_frames >= 1);
+    const auto holds = [&](std::uint32_t frame) {
+        const T time = static_cast<T>(frame) * count.frame_seconds;
+        return is_valid(position + (velocity + acceleration * (time / T(2))) * time);
+    };
+    const glm::vec<3, T> none(T(0));
+    if (velocity == none && acceleration == none) {
+        return count.max_frames;
+    }
+    std::uint32_t good = 0; // frame 0 is the current one
+    std::uint32_t bad = 1;
+    while (bad < count.max_frames && holds(bad)) {
+        good = bad;
+        bad = bad > count.max_frames / 2 ? count.max_frames : bad * 2;
+    }
+    while (bad - good > 1) {
+        const std::uint32_t middle = good + (bad - good) / 2;
+        if (holds(middle)) {
+            good = middle;
+        } else {
+            bad = middle;
+        }
+    }
+    return good + 1;
+}
+
 } // namespace policy
 
 } // namespace farfield
