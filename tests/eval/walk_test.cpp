@@ -448,7 +448,9 @@ TEST_CASE("pictures are shown on the frames asked for, and measured on sampled o
     stage.contend("a", Stage::plain(kGrey));
     stage.contend("b", Stage::plain(u8vec3(100, 100, 110)));
     PaintedBackend& reference = stage.backend("reference", Stage::plain(kGrey));
+    PaintedBackend& own = stage.backend("own", Stage::plain(kGrey));
     stage.reference = &reference;
+    stage.contenders[1].reference = &own;
     std::string shown;
     WalkObserver observer;
     observer.on_pictures = [&](const WalkPictures& pictures) -> Result<void> {
@@ -466,6 +468,8 @@ TEST_CASE("pictures are shown on the frames asked for, and measured on sampled o
         CHECK(shown == "0a 0b 3b 3a 6a 6b ");
         CHECK(result->reference.empty());
         CHECK(reference.executed() == trials(options) + 3);
+        // Its times alone are wanted, and none are taken.
+        CHECK(own.executed() == trials(options));
         for (const WalkFrame& frame : result->contenders[1].frames) {
             CHECK_FALSE(frame.image.has_value());
         }
@@ -504,6 +508,9 @@ TEST_CASE("contenders of one backend and number of samples share their baseline"
     };
     CHECK(same(result->contenders[0].reference, result->reference));
     CHECK(same(result->contenders[1].reference, result->contenders[2].reference));
+    // Six times in nanoseconds that were measured apart are not all the same by chance.
+    CHECK_FALSE(same(result->contenders[0].reference, result->contenders[1].reference));
+    CHECK_FALSE(same(result->contenders[1].reference, result->contenders[3].reference));
     // Pictures are held against the reference of the setup, whatever times are divided by.
     for (const ContenderResult& contender : result->contenders) {
         CHECK(contender.frames[0].image->psnr_db == eval::kMaxPsnrDb);
@@ -596,6 +603,10 @@ TEST_CASE("geometry that is not there, and background that should be", "[walk]")
         CHECK(result->contenders[0].frames[0].image->extra_fraction == 0.0);
         // The border of the picture has no neighbours there, so it counts as inside.
         CHECK(result->contenders[0].sky_holes == std::uint64_t{kWidth} * kHeight);
+        RunReport report;
+        REQUIRE(eval::add_to_report(*result, 0, report));
+        CHECK(*report.image.missing_fraction == 1.0);
+        CHECK(*report.image.extra_fraction == 0.0);
         CHECK(result->contenders[1].frames[0].image->missing_fraction == 0.0);
         CHECK(result->contenders[1].sky_holes == 0);
     }
