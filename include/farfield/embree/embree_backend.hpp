@@ -30,8 +30,9 @@ struct EmbreeBackendOptions {
 /// filtered trilinearly, with the footprint of the pixel on the triangle.
 ///
 /// Samples: `n` samples a pixel lie in the `n` rows and columns of the pixel, one in each, after
-/// Hammersley; one sample is its centre. They are averaged as encoded. Image quads are filtered once a pixel, at its centre;
-/// where they end, and what stands before them, is decided for every sample.
+/// Hammersley; one sample is its centre. They are averaged as encoded. Image quads are filtered
+/// once a pixel, at its centre; where they end, and what stands before them, is decided for every
+/// sample.
 ///
 /// Plans are checked as `gpu::check_structure` says; that items, pieces and pages exist is checked
 /// as well.
