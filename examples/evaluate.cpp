@@ -103,6 +103,7 @@ Result<void> add_pictures(const WorstFrame& worst, double error_px, bool whole, 
     if (worst.disparity) {
         HeatMapOptions heat;
         heat.bright = 2.0 * error_px;
+        heat.unit = "px";
         heat.color_bar = false;
         auto map = eval::heat_map(*worst.disparity, heat);
         if (!map) {

@@ -200,6 +200,7 @@ Result<void> write_pictures(
     if (pictures.disparity != nullptr) {
         HeatMapOptions heat;
         heat.bright = pictures.disparity->error_px.value_or(1.0);
+        heat.unit = "px";
         auto map = eval::heat_map(pictures.disparity->map, heat);
         if (!map) {
             return tl::unexpected(map.error());

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -64,7 +65,14 @@ tl::unexpected<Error> bad(const std::string& where, const std::string& message) 
     return fail(ErrorCode::bad_data, where + ": " + message);
 }
 
+/// A value for a message; nested ones are named only, since they may be nested without end.
 std::string shown(const json& value) {
+    const bool nested = std::any_of(value.begin(), value.end(), [](const json& child) {
+        return child.is_structured();
+    });
+    if (value.is_structured() && nested) {
+        return value.is_array() ? "a nested array" : "a nested object";
+    }
     constexpr std::size_t kLongest = 40;
     std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
     return text.size() > kLongest ? text.substr(0, kLongest) + "..." : text;
@@ -217,6 +225,9 @@ Result<ComparedRun> parse_run(const json& object, const std::string& where) {
     }
     if (Result<void> valid = validate(run.options); !valid) {
         return bad(where, valid.error().message);
+    }
+    if (run.options.backend == "null") {
+        return bad(where, "the backend null draws no pictures to compare");
     }
     return run;
 }

@@ -1,4 +1,5 @@
-#include "text_file.hpp"
+#include "eval/json_text.hpp"
+#include "eval/text_file.hpp"
 #include <farfield/core/assert.hpp>
 #include <farfield/eval/camera_path.hpp>
 
@@ -101,14 +102,14 @@ class Reader {
         const ordered_json& frames = root["frame_count"];
         if (!frames.is_number_integer() || frames < 1 || frames > kMaxFrames) {
             return bad(
-                "frame_count is " + shown(frames) + ", expected a whole number from 1 to " +
+                "frame_count is " + detail::shown(frames) + ", expected a whole number from 1 to " +
                 std::to_string(kMaxFrames)
             );
         }
         path.frame_count = frames.get<int>();
         const ordered_json& keys = root["keys"];
         if (!keys.is_array()) {
-            return bad("keys is " + shown(keys) + ", expected an array");
+            return bad("keys is " + detail::shown(keys) + ", expected an array");
         }
         for (std::size_t i = 0; i < keys.size(); ++i) {
             auto key = read_key(keys[i], key_name(i));
@@ -128,23 +129,13 @@ class Reader {
         return fail(ErrorCode::bad_data, name_ + ": " + message);
     }
 
-    /// A value for a message; long ones are cut.
-    static std::string shown(const ordered_json& value) {
-        constexpr std::size_t kLongest = 40;
-        std::string result = value.dump(-1, ' ', false, nlohmann::detail::error_handler_t::replace);
-        if (result.size() > kLongest) {
-            result = result.substr(0, kLongest) + "...";
-        }
-        return result;
-    }
-
     Result<void> check_members(
         const ordered_json& object,
         const std::string& where,
         std::initializer_list<const char*> members
     ) const {
         if (!object.is_object()) {
-            return bad(where + " is " + shown(object) + ", expected an object");
+            return bad(where + " is " + detail::shown(object) + ", expected an object");
         }
         for (const char* member : members) {
             if (!object.contains(member)) {
@@ -153,7 +144,9 @@ class Reader {
         }
         for (const auto& [name, value] : object.items()) {
             if (std::find(members.begin(), members.end(), name) == members.end()) {
-                return bad(where + " has an unknown member \"" + name + "\": " + shown(value));
+                return bad(
+                    where + " has an unknown member \"" + name + "\": " + detail::shown(value)
+                );
             }
         }
         return {};
@@ -167,7 +160,7 @@ class Reader {
         PathKey key;
         const ordered_json& frame = object["frame"];
         if (!frame.is_number()) {
-            return bad(where + ".frame is " + shown(frame) + ", expected a number");
+            return bad(where + ".frame is " + detail::shown(frame) + ", expected a number");
         }
         key.frame = frame.get<double>();
         const std::array<std::pair<const char*, dvec3*>, 3> fields = {
@@ -175,14 +168,16 @@ class Reader {
         for (const auto& [name, vector] : fields) {
             const ordered_json& array = object[name];
             if (!array.is_array() || array.size() != 3) {
-                return bad(where + "." + name + " is " + shown(array) + ", expected three numbers");
+                return bad(
+                    where + "." + name + " is " + detail::shown(array) + ", expected three numbers"
+                );
             }
             for (int axis = 0; axis < 3; ++axis) {
                 const ordered_json& value = array[static_cast<std::size_t>(axis)];
                 if (!value.is_number()) {
                     return bad(
-                        where + "." + name + "[" + std::to_string(axis) + "] is " + shown(value) +
-                        ", expected a number"
+                        where + "." + name + "[" + std::to_string(axis) + "] is " +
+                        detail::shown(value) + ", expected a number"
                     );
                 }
                 (*vector)[axis] = value.get<double>();

@@ -1,4 +1,5 @@
-#include "text_file.hpp"
+#include "eval/json_text.hpp"
+#include "eval/text_file.hpp"
 #include <farfield/eval/cost_model_file.hpp>
 
 #include <nlohmann/json.hpp>
@@ -23,13 +24,6 @@ constexpr std::pair<const char*, double CostModel::*> kFields[] = {
     {"texel_s", &CostModel::texel_s},
     {"geometry_pixel_s", &CostModel::geometry_pixel_s}};
 
-/// A value for a message; long ones are cut.
-std::string shown(const ordered_json& value) {
-    constexpr std::size_t kLongest = 40;
-    std::string text = value.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
-    return text.size() > kLongest ? text.substr(0, kLongest) + "..." : text;
-}
-
 } // namespace
 
 Result<CostModel> parse_cost_model(std::string_view text, std::string_view name) {
@@ -44,7 +38,7 @@ Result<CostModel> parse_cost_model(std::string_view text, std::string_view name)
         return bad(std::string("not JSON: ") + exception.what());
     }
     if (!root.is_object()) {
-        return bad("the file is " + shown(root) + ", expected an object");
+        return bad("the file is " + detail::shown(root) + ", expected an object");
     }
     CostModel model;
     for (const auto& [key, field] : kFields) {
@@ -53,7 +47,7 @@ Result<CostModel> parse_cost_model(std::string_view text, std::string_view name)
         }
         const ordered_json& value = root[key];
         if (!value.is_number()) {
-            return bad(std::string(key) + " is " + shown(value) + ", expected a number");
+            return bad(std::string(key) + " is " + detail::shown(value) + ", expected a number");
         }
         model.*field = value.get<double>();
     }
@@ -63,7 +57,7 @@ Result<CostModel> parse_cost_model(std::string_view text, std::string_view name)
                 return member.key() == field.first;
             });
         if (!known) {
-            return bad("unknown key \"" + member.key() + "\": " + shown(member.value()));
+            return bad("unknown key \"" + member.key() + "\": " + detail::shown(member.value()));
         }
     }
     if (auto valid = validate(model); !valid) {

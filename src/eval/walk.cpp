@@ -5,7 +5,9 @@
 #include <farfield/eval/structural_similarity.hpp>
 #include <farfield/eval/walk.hpp>
 
+#include <glm/common.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -132,7 +134,11 @@ Result<PictureErrors> errors_against(const Seen& reference, const Seen& seen, bo
 class Walk {
   public:
     Walk(const WalkSetup& setup, const WalkOptions& options, const WalkObserver& observer)
-        : setup_(setup), options_(options), observer_(observer) {}
+        : setup_(setup), options_(options), observer_(observer), clear_(setup.clear) {
+        // Backends round a colour between two of 8 bits either way; one that is there they keep.
+        const glm::vec4 steps = glm::floor(glm::clamp(clear_.color, 0.0F, 1.0F) * 255.0F + 0.5F);
+        clear_.color = steps / 255.0F;
+    }
 
     Result<WalkResult> run();
 
@@ -172,6 +178,7 @@ class Walk {
     const WalkSetup& setup_;
     const WalkOptions& options_;
     const WalkObserver& observer_;
+    FrameClear clear_;
     std::vector<View> views_;
     std::vector<Runner> runners_;
     std::vector<Baseline> baselines_; ///< the first is the reference of pictures, if there is one
@@ -204,6 +211,17 @@ Result<void> Walk::check() const {
     if (setup_.contenders.empty()) {
         return fail(ErrorCode::invalid_argument, "walk: no contenders");
     }
+    for (const Contender& contender : setup_.contenders) {
+        if (contender.backend == nullptr) {
+            return fail(ErrorCode::invalid_argument, "walk: " + contender.name + ": no backend");
+        }
+    }
+    if (setup_.truth != nullptr && setup_.reference == nullptr) {
+        return fail(
+            ErrorCode::invalid_argument,
+            "walk: a truth without a reference, on whose frames it would be drawn"
+        );
+    }
     return {};
 }
 
@@ -214,6 +232,15 @@ Result<void> Walk::make_views() {
         if (Result<void> valid = validate(views_.back()); !valid) {
             return fail(
                 valid.error().code, "frame " + std::to_string(frame) + ": " + valid.error().message
+            );
+        }
+        const View& view = views_.back();
+        if (view.width != views_[0].width || view.height != views_[0].height) {
+            return fail(
+                ErrorCode::invalid_argument,
+                "frame " + std::to_string(frame) + ": " + std::to_string(view.width) + " x " +
+                    std::to_string(view.height) + " pixels, frame 0 has " +
+                    std::to_string(views_[0].width) + " x " + std::to_string(views_[0].height)
             );
         }
     }
@@ -289,7 +316,7 @@ Result<GeometryOrder> Walk::faster_order(Backend& backend, TargetId target) cons
     CulledGeometry stored(*setup_.hierarchy, GeometryOrder::stored);
     CulledGeometry sorted(*setup_.hierarchy, GeometryOrder::front_to_back);
     const auto timed = [&](CulledGeometry& geometry) {
-        return time_frame(backend, target, setup_.clear, [&]() -> const FramePlan& {
+        return time_frame(backend, target, clear_, [&]() -> const FramePlan& {
             return geometry.plan(views_[0]);
         });
     };
@@ -335,12 +362,10 @@ Result<void> Walk::draw_baselines(int frame) {
         if (!sample_ && i > 0) {
             break; // only the picture is wanted
         }
-        const auto drawn = time_frame(
-            *baseline.backend,
-            baseline.target.id(),
-            setup_.clear,
-            [&]() -> const FramePlan& { return baseline.geometry.plan(view); }
-        );
+        const auto drawn =
+            time_frame(*baseline.backend, baseline.target.id(), clear_, [&]() -> const FramePlan& {
+                return baseline.geometry.plan(view);
+            });
         if (!drawn) {
             return tl::unexpected(drawn.error());
         }
@@ -348,7 +373,7 @@ Result<void> Walk::draw_baselines(int frame) {
             baseline.times.push_back({frame, drawn->frame_ms});
         }
         if (i == 0) {
-            auto seen = see(*baseline.backend, baseline.target.id(), setup_.clear);
+            auto seen = see(*baseline.backend, baseline.target.id(), clear_);
             if (!seen) {
                 return tl::unexpected(std::move(seen).error());
             }
@@ -373,11 +398,10 @@ Result<void> Walk::draw_references(int frame) {
     }
     const View& view = views_[static_cast<std::size_t>(frame)];
     const FramePlan& plan = baselines_[0].geometry.plan(view);
-    if (Result<void> drawn = setup_.truth->execute(plan, truth_target_->id(), setup_.clear);
-        !drawn) {
+    if (Result<void> drawn = setup_.truth->execute(plan, truth_target_->id(), clear_); !drawn) {
         return drawn;
     }
-    auto truth = see(*setup_.truth, truth_target_->id(), setup_.clear);
+    auto truth = see(*setup_.truth, truth_target_->id(), clear_);
     if (!truth) {
         return tl::unexpected(truth.error());
     }
@@ -396,8 +420,7 @@ Result<void>
 Walk::measure_positions(Runner& runner, int frame, const FramePlan& plan, WalkFrame& measured) {
     const Contender& contender = *runner.contender;
     Backend& backend = *contender.positions;
-    if (Result<void> drawn = backend.execute(plan, runner.position_target.id(), setup_.clear);
-        !drawn) {
+    if (Result<void> drawn = backend.execute(plan, runner.position_target.id(), clear_); !drawn) {
         return drawn;
     }
     const Result<PositionPicture> picture = backend.read_positions(runner.position_target.id());
@@ -420,7 +443,7 @@ Walk::measure_positions(Runner& runner, int frame, const FramePlan& plan, WalkFr
 /// Holds what a contender drew against reference and truth.
 Result<void> Walk::compare(std::size_t index, int frame, WalkFrame& measured) {
     const Contender& contender = setup_.contenders[index];
-    const auto seen = see(*contender.backend, runners_[index].target.id(), setup_.clear);
+    const auto seen = see(*contender.backend, runners_[index].target.id(), clear_);
     if (!seen) {
         return tl::unexpected(seen.error());
     }
@@ -463,7 +486,7 @@ Result<void> Walk::run_contender(std::size_t index, int frame) {
     const View& view = views_[static_cast<std::size_t>(frame)];
     const Motion motion = motion_at(static_cast<std::size_t>(frame));
     const auto timed =
-        time_frame(*contender.backend, runner.target.id(), setup_.clear, [&]() -> const FramePlan& {
+        time_frame(*contender.backend, runner.target.id(), clear_, [&]() -> const FramePlan& {
             return contender.planner.plan(view, motion);
         });
     if (!timed) {

@@ -244,6 +244,11 @@ TEST_CASE("bad path files are refused by key and value", "[camera_path]") {
     CHECK(message_of("").find("walk.json: not JSON") == 0);
     CHECK(message_of("{").find("walk.json: not JSON") == 0);
     CHECK(message_of("[1]") == "walk.json: the file is [1], expected an object");
+    // Deeper than the stack: named, not printed.
+    CHECK(
+        message_of(std::string(200'000, '[') + std::string(200'000, ']')) ==
+        "walk.json: the file is a nested array, expected an object"
+    );
     CHECK(message_of(R"({"keys": []})") == "walk.json: the file has no \"frame_count\"");
     CHECK(
         message_of(R"({"frame_count": 2.5, "keys": []})") ==

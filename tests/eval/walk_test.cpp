@@ -241,6 +241,26 @@ TEST_CASE("a walk that cannot begin is refused by name", "[walk]") {
         CHECK(eval::walk(setup, {.frames = 2}));
         CHECK_THAT(message_of(eval::walk(setup, {.frames = 3})), Catch::StartsWith("frame 2: "));
     }
+    SECTION("for a view of another size, with its frame") {
+        WalkSetup setup = stage.setup();
+        setup.view = [](int frame) {
+            return small_walk(frame, frame == 2 ? kWidth + 1 : kWidth, kHeight);
+        };
+        CHECK(eval::walk(setup, {.frames = 2}));
+        CHECK_THAT(message_of(eval::walk(setup, {.frames = 3})), Catch::StartsWith("frame 2: "));
+    }
+    SECTION("for a contender without a backend") {
+        stage.contenders[0].backend = nullptr;
+        CHECK(message_of(stage.walk({.frames = 1})) == "walk: a: no backend");
+    }
+    SECTION("for a truth without a reference") {
+        WalkSetup setup = stage.setup();
+        setup.truth = setup.reference;
+        setup.reference = nullptr;
+        CHECK_THAT(
+            message_of(eval::walk(setup, {.frames = 1})), Catch::StartsWith("walk: a truth without")
+        );
+    }
     SECTION("for a contender whose backend takes no such target") {
         stage.contenders[0].samples = 17;
         CHECK(message_of(stage.walk({.frames = 1})) == "a: 17 samples are too many");

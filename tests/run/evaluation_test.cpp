@@ -70,7 +70,7 @@ TEST_CASE("every key of a plan arrives", "[evaluation]") {
           {"name": "a", "technique": "image-cache", "preset": "shade1996", "backend": "embree",
            "cost_model": "costs.json", "surfaces": "first", "error_px": 0.5, "samples": 16,
            "image_samples": 4, "image_budget_mib": 128, "measure": true},
-          {"name": "b", "technique": "mesh-lod", "levels": "cluster", "backend": "null",
+          {"name": "b", "technique": "mesh-lod", "levels": "cluster", "backend": "opengl",
            "surfaces": "in-images"}]},
         {"name": "v", "runs": [{"name": "a", "technique": "geometry"}]}]})");
     REQUIRE(plan);
@@ -106,7 +106,7 @@ TEST_CASE("every key of a plan arrives", "[evaluation]") {
     CHECK_FALSE(b.measure);
     CHECK(b.options.technique == "mesh-lod");
     CHECK(b.options.levels == "cluster");
-    CHECK(b.options.backend == "null");
+    CHECK(b.options.backend == "opengl");
     CHECK(b.options.cache.surfaces == SurfacePlacement::in_images);
     // Levels are made for walks in which something draws them.
     CHECK(plan->walks[0].world.levels);
@@ -145,7 +145,15 @@ TEST_CASE("a plan that is none is refused by name", "[evaluation]") {
     CHECK_THAT(message_of("{\"title\": \"\xff\"}"), Catch::StartsWith("plan.json: not JSON: "));
     CHECK_THAT(message_of("1e999"), Catch::StartsWith("plan.json: not JSON: "));
     CHECK(message_of("[]") == "plan.json: is [], expected an object");
+    CHECK(
+        message_of(std::string(200'000, '[') + std::string(200'000, ']')) ==
+        "plan.json: is a nested array, expected an object"
+    );
     CHECK(message_of("null") == "plan.json: is null, expected an object");
+    CHECK(
+        message_of(plan_with("", R"(, "backend": "null")")) ==
+        "plan.json: walks[0].runs[0]: the backend null draws no pictures to compare"
+    );
     const std::string no_walks = "plan.json: no \"walks\", expected an array of at least one";
     for (const char* text : {"{}", R"({"walks": []})", R"({"walks": {}})", R"({"walks": 3})"}) {
         CAPTURE(text);
