@@ -20,7 +20,10 @@ Picture black(int width, int height) {
 }
 
 std::uint8_t& red(Picture& picture, int x, int y) {
-    return picture.rgba[static_cast<std::size_t>(y * picture.width + x) * 4];
+    return picture.rgba
+        [(static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) +
+          static_cast<std::size_t>(x)) *
+         4];
 }
 
 } // namespace
@@ -61,7 +64,8 @@ TEST_CASE("the window agrees with a search through all of them", "[crop]") {
             for (int y = top; y < top + high; ++y) {
                 for (int x = left; x < left + wide; ++x) {
                     for (int channel = 0; channel < 3; ++channel) {
-                        const auto at = static_cast<std::size_t>((y * width + x) * 4 + channel);
+                        const int first = (y * width + x) * 4;
+                        const auto at = static_cast<std::size_t>(first + channel);
                         total += (a.rgba[at] - b.rgba[at]) * (a.rgba[at] - b.rgba[at]);
                     }
                 }

@@ -60,7 +60,9 @@ inline PositionTally tally(const PositionPicture& picture, const View& view, con
     for (int y = 0; y < view.height; ++y) {
         for (int x = 0; x < view.width; ++x) {
             const PositionTexel& texel =
-                picture.texels[static_cast<std::size_t>(y * view.width + x)];
+                picture.texels
+                    [static_cast<std::size_t>(y) * static_cast<std::size_t>(view.width) +
+                     static_cast<std::size_t>(x)];
             if (texel.item == kNone<ItemId>) {
                 ++result.background;
                 continue;

@@ -65,7 +65,7 @@ TEST_CASE("Which item a pixel shows, in front and behind, with holes and masks")
     const auto picture = (*positions)->read_positions(*target);
     REQUIRE(picture.has_value());
     const auto at = [&](int x, int y) {
-        return picture->texels[static_cast<std::size_t>(y * kSize + x)];
+        return picture->texels[static_cast<std::size_t>(y) * kSize + static_cast<std::size_t>(x)];
     };
     // A pixel is a quarter of a metre: the left quad covers columns 8 to 23, rows 24 to 39.
     CHECK(at(16, 32).item == left);
