@@ -87,7 +87,7 @@ class Reader {
   public:
     explicit Reader(std::string_view name) : name_(name) {}
 
-    Result<CameraPath> read(std::string_view json) const {
+    [[nodiscard]] Result<CameraPath> read(std::string_view json) const {
         ordered_json root;
         // The parser tells line and column only by its exception; nothing leaves this function.
         try {
@@ -125,11 +125,11 @@ class Reader {
     }
 
   private:
-    tl::unexpected<Error> bad(const std::string& message) const {
+    [[nodiscard]] tl::unexpected<Error> bad(const std::string& message) const {
         return fail(ErrorCode::bad_data, name_ + ": " + message);
     }
 
-    Result<void> check_members(
+    [[nodiscard]] Result<void> check_members(
         const ordered_json& object,
         const std::string& where,
         std::initializer_list<const char*> members
@@ -144,15 +144,19 @@ class Reader {
         }
         for (const auto& [name, value] : object.items()) {
             if (std::find(members.begin(), members.end(), name) == members.end()) {
-                return bad(
-                    where + " has an unknown member \"" + name + "\": " + detail::shown(value)
-                );
+                std::string message = where;
+                message += " has an unknown member \"";
+                message += name;
+                message += "\": ";
+                message += detail::shown(value);
+                return bad(message);
             }
         }
         return {};
     }
 
-    Result<PathKey> read_key(const ordered_json& object, const std::string& where) const {
+    [[nodiscard]] Result<PathKey>
+    read_key(const ordered_json& object, const std::string& where) const {
         if (auto checked = check_members(object, where, {"frame", "eye", "target", "up"});
             !checked) {
             return tl::unexpected(checked.error());

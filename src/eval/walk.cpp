@@ -160,7 +160,7 @@ class Walk {
         DisparitySeries disparity;
     };
 
-    Result<void> check() const;
+    [[nodiscard]] Result<void> check() const;
     Result<void> make_views();
     Result<void> make_runners();
     Result<void> make_references();

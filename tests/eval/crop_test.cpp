@@ -66,7 +66,8 @@ TEST_CASE("the window agrees with a search through all of them", "[crop]") {
                     for (int channel = 0; channel < 3; ++channel) {
                         const int first = (y * width + x) * 4;
                         const auto at = static_cast<std::size_t>(first + channel);
-                        total += (a.rgba[at] - b.rgba[at]) * (a.rgba[at] - b.rgba[at]);
+                        const long difference = a.rgba[at] - b.rgba[at];
+                        total += difference * difference;
                     }
                 }
             }
