@@ -66,7 +66,8 @@ namespace presets {
 /// @par Source Shade, Lischinski, Salesin, DeRose, Snyder 1996. Departures: images need not be
 /// powers of two; an interior image may not be shown beyond the threshold less what the images
 /// nested in it brought with them, where the paper intersects zones (`ImageValidity::zone` does);
-/// life ends where the error is over the threshold on the eye's way, not where the eye leaves a zone.
+/// life ends where the error is over the threshold on the eye's way, not where the eye leaves a
+/// zone.
 [[nodiscard]] ImageCacheOptions shade1996(ImageCacheOptions options = {}) noexcept;
 
 } // namespace presets
