@@ -181,6 +181,18 @@ std::vector<int> levels_of(const Hierarchy& hierarchy) {
     return levels;
 }
 
+/// A text as a cell of a table.
+std::string quoted(const std::string& text) {
+    std::string result = "\"";
+    for (const char letter : text) {
+        result += letter;
+        if (letter == '"') {
+            result += letter;
+        }
+    }
+    return result + "\",";
+}
+
 /// The nodes that were furthest beyond their promise, as lines of a table.
 void add_overshoots(
     const run::World& world,
@@ -197,9 +209,7 @@ void add_overshoots(
         std::snprintf(
             line,
             sizeof line,
-            "\"%s\",\"%s\",%u,%d,%s,%.2f,%.2f,%d,%.3f,%.3f,%llu\n",
-            run.walk.c_str(),
-            run.name.c_str(),
+            "%u,%d,%s,%.2f,%.2f,%d,%.3f,%.3f,%llu\n",
             worst.node,
             levels[worst.node],
             is_leaf(node) ? "leaf" : "interior",
@@ -210,6 +220,8 @@ void add_overshoots(
             worst.promise_px,
             static_cast<unsigned long long>(worst.pixels)
         );
+        table += quoted(run.walk);
+        table += quoted(run.name);
         table += line;
     }
 }
@@ -401,9 +413,17 @@ Result<void> run_all(const Options& options) {
     );
     evaluation.notes.push_back(
         "All runs of a walk take turns, frame by frame, in one process. Speed-up is over plain "
-        "geometry on the same device with as many samples; the truth is geometry cast with 16 "
-        "samples a pixel."
+        "geometry on the same device with as many samples."
     );
+    for (const run::ComparedWalk& walk : plan->walks) {
+        if (walk.truth_samples > 0 && (options.only.empty() || walk.name == options.only)) {
+            evaluation.notes.push_back(
+                walk.name + ": the truth is geometry cast with " +
+                std::to_string(walk.truth_samples) + " samples a pixel."
+            );
+        }
+    }
+
     const auto begin = std::chrono::steady_clock::now();
     std::string overshoots =
         "walk,run,node,level,kind,diagonal_m,distance_m,frame,disparity_px,promise_px,pixels\n";
@@ -458,6 +478,10 @@ int evaluate(int argc, char** argv) {
     } catch (const CLI::ParseError& error) {
         const int status = app.exit(error);
         return status == 0 ? 0 : 2;
+    }
+    if (!options.plan.empty() && (options.quick || options.print)) {
+        std::fprintf(stderr, "evaluate: --quick and --print are of the built-in plan\n");
+        return 2;
     }
     if (options.print) {
         std::printf("%s\n", std::string(run::built_in_evaluation(options.quick)).c_str());

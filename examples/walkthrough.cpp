@@ -238,6 +238,9 @@ Result<void> check(const Options& options) {
     if (options.overlay && options.walk.picture_every == 0) {
         return refused("--overlay: no frames, choose them with --png");
     }
+    if (options.overlay && options.run.technique != "image-cache") {
+        return refused("--overlay: only image-cache has nodes to show");
+    }
     if (options.truth_samples > 0 && options.walk.reference_every == 0) {
         return refused("--truth: no frames to compare, choose them with --reference");
     }

@@ -268,6 +268,9 @@ Result<ComparedWalk> parse_walk(const json& object, const std::string& where) {
     if (walk.name.empty()) {
         return bad(where, "no \"name\"");
     }
+    if (!walk.world.up.empty() && walk.world.up != "y" && walk.world.up != "z") {
+        return bad(where, "up is \"" + walk.world.up + "\", expected y or z");
+    }
     if (runs == nullptr || !runs->is_array() || runs->empty()) {
         return bad(where, "no \"runs\", expected an array of at least one");
     }

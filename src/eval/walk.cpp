@@ -216,6 +216,11 @@ Result<void> Walk::check() const {
             return fail(ErrorCode::invalid_argument, "walk: " + contender.name + ": no backend");
         }
     }
+    if (observer_.on_pictures && options_.picture_every > 0 && setup_.reference == nullptr) {
+        return fail(
+            ErrorCode::invalid_argument, "walk: pictures without a reference to hold them against"
+        );
+    }
     if (setup_.truth != nullptr && setup_.reference == nullptr) {
         return fail(
             ErrorCode::invalid_argument,

@@ -510,10 +510,18 @@ void Calibration::measure_geometry(CostModel& model) {
         sample.draws = static_cast<double>(plans[i].items.size() + plans[i].pieces.size());
         // Whatever they cover, it is no more than the scene does.
         const double pixels_s = model.geometry_pixel_s * square(kFrameSize) * covered_share();
-        sample.time_s = std::max(times[i] - empty_s_ - pixels_s, 0.0);
-        samples.push_back(sample);
+        sample.time_s = times[i] - empty_s_ - pixels_s;
+        // What covers less than the scene may be left with nothing, and then tells nothing.
+        if (sample.time_s > 0.0 || pixels_s == 0.0) {
+            samples.push_back(sample);
+        }
     }
-    fit_geometry(samples, model);
+    if (samples.empty()) {
+        model.triangle_s = 0.0; // what is left of both is lost in the pixels
+        model.draw_call_s = 0.0;
+    } else {
+        fit_geometry(samples, model);
+    }
     model.triangle_s = std::max(model.triangle_s, kFloor);
     model.draw_call_s = std::max(model.draw_call_s, kFloor);
 }

@@ -253,6 +253,17 @@ TEST_CASE("a walk that cannot begin is refused by name", "[walk]") {
         stage.contenders[0].backend = nullptr;
         CHECK(message_of(stage.walk({.frames = 1})) == "walk: a: no backend");
     }
+    SECTION("for pictures without a reference") {
+        WalkSetup setup = stage.setup();
+        setup.reference = nullptr;
+        farfield::WalkObserver observer;
+        observer.on_pictures = [](const WalkPictures&) -> farfield::Result<void> { return {}; };
+        CHECK(eval::walk(setup, {.frames = 1}, observer));
+        CHECK_THAT(
+            message_of(eval::walk(setup, {.frames = 1, .picture_every = 1}, observer)),
+            Catch::StartsWith("walk: pictures without")
+        );
+    }
     SECTION("for a truth without a reference") {
         WalkSetup setup = stage.setup();
         setup.truth = setup.reference;

@@ -151,6 +151,10 @@ TEST_CASE("a plan that is none is refused by name", "[evaluation]") {
     );
     CHECK(message_of("null") == "plan.json: is null, expected an object");
     CHECK(
+        message_of(plan_with(R"(, "up": "Z")", "")) ==
+        "plan.json: walks[0]: up is \"Z\", expected y or z"
+    );
+    CHECK(
         message_of(plan_with("", R"(, "backend": "null")")) ==
         "plan.json: walks[0].runs[0]: the backend null draws no pictures to compare"
     );

@@ -94,8 +94,8 @@ struct PictureErrors {
 struct WalkFrame {
     double frame_ms = 0.0; ///< plan, execute and finish
     double plan_ms = 0.0;
-    std::optional<PictureErrors> image;     ///< against the reference, where it was rendered
-    std::optional<PictureErrors> truth;     ///< against the truth, where it was rendered
+    std::optional<PictureErrors> image;     ///< against the reference, on sampled frames
+    std::optional<PictureErrors> truth;     ///< against the truth, on sampled frames
     std::optional<double> disparity_p99_px; ///< of the pixels that show images
     std::optional<double> disparity_max_px;
     PlanWork work;

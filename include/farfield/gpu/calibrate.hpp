@@ -39,7 +39,7 @@ struct CalibrationOptions {
 ///   (less than 10 % apart), the two cannot be told apart, and keep the ratio of the default model.
 /// - `geometry_pixel_s`: the whole scene on 512 x 512 pixels and on 128 x 128, over the pixels that
 ///   its box covers. It is 0 unless pixels take at least half of the time, as where rays are cast;
-///   then what is left for triangles and draws comes off first.
+///   then it comes off first, and triangles and draws are fitted to what is left.
 ///
 /// The whole scene fills a frame of 512 x 512 pixels while items are timed, so a triangle costs
 /// what it does at that size.

@@ -269,7 +269,7 @@ template <typename T, template <typename> class Zone>
 /// way that does not turn back; else the number of some frame before which it holds.
 /// @param is_valid called with eyes; must hold for `position`
 /// @return [frame] in a row, the current one included; at most `count.max_frames`
-/// @par Cost at most 2 log2(life) calls
+/// @par Cost at most 2 log2(life) + 2 calls
 /// @par Source the life span of Shade et al. 1996, section 3.2, with the error itself in place of
 /// the zone
 template <typename T, typename IsValid>
