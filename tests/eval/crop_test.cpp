@@ -64,8 +64,10 @@ TEST_CASE("the window agrees with a search through all of them", "[crop]") {
             for (int y = top; y < top + high; ++y) {
                 for (int x = left; x < left + wide; ++x) {
                     for (int channel = 0; channel < 3; ++channel) {
-                        const int first = (y * width + x) * 4;
-                        const auto at = static_cast<std::size_t>(first + channel);
+                        const std::size_t pixel =
+                            static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                            static_cast<std::size_t>(x);
+                        const std::size_t at = pixel * 4 + static_cast<std::size_t>(channel);
                         const long difference = a.rgba[at] - b.rgba[at];
                         total += difference * difference;
                     }

@@ -720,6 +720,7 @@ TEST_CASE("where pixels of geometry cost, images are made of what covers many fo
         ImageCache cache = make_cache(tree, options);
         PlanReplay replay = make_replay(tree, cache, options);
         std::vector<View> views;
+        views.reserve(60);
         for (int frame = 0; frame < 60; ++frame) {
             views.push_back(
                 support::view_at({frame * 0.5, 4.0, 96.0 - frame * 0.25}, {56.0, 0.0, 0.0})
