@@ -1,7 +1,7 @@
 // What only casting has to get right: threads, samples, ties, parts of split items, and no
 // allocation.
 #include "embree/casting.hpp"
-#include "opengl/flat_scene.hpp"
+#include "gpu/flat_scene.hpp"
 #include "support/allocation_counter.hpp"
 #include "support/small_scene.hpp"
 #include <farfield/technique/culled_geometry.hpp>

@@ -1,7 +1,7 @@
 #include "embree/casting.hpp"
 #include "gpu/backend_conformance.hpp"
+#include "gpu/flat_scene.hpp"
 #include "gpu/position_checks.hpp"
-#include "opengl/flat_scene.hpp"
 #include <farfield/gpu/calibrate.hpp>
 
 #include <catch2/catch.hpp>

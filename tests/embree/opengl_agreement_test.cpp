@@ -1,7 +1,7 @@
 // Casting and rasterising draw the same. Two ways that share nothing but the scene: each is the
 // other's proof.
+#include "gpu/flat_scene.hpp"
 #include "opengl/device.hpp"
-#include "opengl/flat_scene.hpp"
 #include "support/small_scene.hpp"
 #include <farfield/embree/embree_backend.hpp>
 #include <farfield/technique/culled_geometry.hpp>

@@ -1,6 +1,6 @@
 #include "gpu/backend_conformance.hpp"
+#include "gpu/flat_scene.hpp"
 #include "opengl/device.hpp"
-#include "opengl/flat_scene.hpp"
 #include <farfield/gpu/calibrate.hpp>
 
 #include <catch2/catch.hpp>

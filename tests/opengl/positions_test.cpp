@@ -1,6 +1,6 @@
+#include "gpu/flat_scene.hpp"
 #include "gpu/position_checks.hpp"
 #include "opengl/device.hpp"
-#include "opengl/flat_scene.hpp"
 
 #include <catch2/catch.hpp>
 

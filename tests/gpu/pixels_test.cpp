@@ -1,5 +1,6 @@
-#include "embree/casting.hpp"
-#include "opengl/flat_scene.hpp"
+#include "gpu/drawer.hpp"
+#include "gpu/drawing.hpp"
+#include "gpu/flat_scene.hpp"
 #include <farfield/technique/culled_geometry.hpp>
 
 #include <catch2/catch.hpp>
@@ -38,48 +39,57 @@ TEST_CASE("A quad lands on its pixels: x to the right, y up, rows from the top")
     Scene scene = flat_scene();
     // x 2 to 4 and y 1 to 3 metres: 8 and 4 pixels right and up of the middle, 8 wide and high.
     const ItemId item = add_quad(scene, kRedPaint, {3.0, 2.0, 0.0});
-    const auto caster = make_caster(scene);
-    const Picture picture = draw(*caster, flat_plan({item}), kSize, kSize);
+    const auto drawer = make_drawer(scene);
+    if (drawer == nullptr) {
+        return;
+    }
+    const Picture picture = draw(drawer->backend(), flat_plan({item}), kSize, kSize);
     check_rectangle(picture, 40, 20, 48, 28, kRed, kBlack);
 
     FrameClear clear;
     clear.color = {0.0F, 1.0F, 0.0F, 0.0F};
-    const Picture cleared = draw(*caster, flat_plan({item}), kSize, kSize, 1, clear);
+    const Picture cleared = draw(drawer->backend(), flat_plan({item}), kSize, kSize, 1, clear);
     check_rectangle(cleared, 40, 20, 48, 28, kRed, {0, 255, 0, 0});
 
     // From behind: the other way round, of the same colour.
     const View behind =
         look_at({0.0, 0.0, -8.0}, {0.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, flat_view().lens, kSize, kSize);
-    const Picture back = draw(*caster, flat_plan({item}, behind), kSize, kSize);
+    const Picture back = draw(drawer->backend(), flat_plan({item}, behind), kSize, kSize);
     check_rectangle(back, 16, 20, 24, 28, kRed, kBlack);
 }
 
 TEST_CASE("A part of a frame is cleared and drawn alone") {
     Scene scene = flat_scene();
     const ItemId item = add_quad(scene, kRedPaint, {0.0, 0.0, 0.0}, 100.0);
-    const auto caster = make_caster(scene);
-    const auto target = caster->create_target(kSize, kSize, 1);
+    const auto drawer = make_drawer(scene);
+    if (drawer == nullptr) {
+        return;
+    }
+    const auto target = drawer->backend().create_target(kSize, kSize, 1);
     REQUIRE(target.has_value());
     FrameClear clear;
     clear.color = {0.0F, 0.0F, 1.0F, 1.0F};
-    REQUIRE(caster->execute(flat_plan({}), *target, clear).has_value());
+    REQUIRE(drawer->backend().execute(flat_plan({}), *target, clear).has_value());
     FramePlan plan = flat_plan({item}, flat_view({}, 32));
     plan.passes[0].viewport = {8, 4, 32, 32};
     plan.passes[0].scissor = {16, 20, 8, 4};
     clear.color = {0.0F, 1.0F, 0.0F, 1.0F};
-    REQUIRE(caster->execute(plan, *target, clear).has_value());
-    check_rectangle(*caster->read_target(*target), 16, 40, 24, 44, kRed, kBlue);
+    REQUIRE(drawer->backend().execute(plan, *target, clear).has_value());
+    check_rectangle(*drawer->backend().read_target(*target), 16, 40, 24, 44, kRed, kBlue);
 
     // Without a clear, what was there stays, depth too: a quad behind is hidden by it.
     Scene two = flat_scene();
     const ItemId near = add_quad(two, kRedPaint, {0.0, 0.0, 2.0}, 0.75);
     const ItemId far = add_quad(two, kGreenPaint, {0.0, 0.0, 0.0}, 2.0);
-    const auto other = make_caster(two);
-    const auto second = other->create_target(kSize, kSize, 1);
-    REQUIRE(other->execute(flat_plan({near}), *second, {}).has_value());
+    const auto other = make_drawer(two);
+    if (other == nullptr) {
+        return;
+    }
+    const auto second = other->backend().create_target(kSize, kSize, 1);
+    REQUIRE(other->backend().execute(flat_plan({near}), *second, {}).has_value());
     clear.enabled = false;
-    REQUIRE(other->execute(flat_plan({far}), *second, clear).has_value());
-    const Picture picture = *other->read_target(*second);
+    REQUIRE(other->backend().execute(flat_plan({far}), *second, clear).has_value());
+    const Picture picture = *other->backend().read_target(*second);
     CHECK(color_at(picture, 32, 32) == kRed);
     CHECK(color_at(picture, 25, 32) == kGreen);
     CHECK(color_at(picture, 20, 32) == kBlack);
@@ -89,9 +99,12 @@ TEST_CASE("Nearer hides farther, whatever comes first") {
     Scene scene = flat_scene();
     const ItemId near = add_quad(scene, kRedPaint, {0.0, 0.0, 1.0});
     const ItemId far = add_quad(scene, kGreenPaint, {0.0, 0.0, 0.0}, 2.0);
-    const auto caster = make_caster(scene);
-    const Picture a = draw(*caster, flat_plan({near, far}), kSize, kSize);
-    const Picture b = draw(*caster, flat_plan({far, near}), kSize, kSize);
+    const auto drawer = make_drawer(scene);
+    if (drawer == nullptr) {
+        return;
+    }
+    const Picture a = draw(drawer->backend(), flat_plan({near, far}), kSize, kSize);
+    const Picture b = draw(drawer->backend(), flat_plan({far, near}), kSize, kSize);
     CHECK(a == b);
     CHECK(color_at(a, 32, 32) == kRed);
     CHECK(color_at(a, 25, 32) == kGreen);
@@ -108,10 +121,13 @@ TEST_CASE("A scene at 1e7 metres renders as at 0") {
     std::vector<Picture> pictures;
     for (const glm::dvec3& at : {glm::dvec3(0.0), offset}) {
         const SmallWorld world = make_world(small_scene(at));
-        const auto caster = make_caster(world.scene, &world.hierarchy);
+        const auto drawer = make_drawer(world.scene, &world.hierarchy);
+        if (drawer == nullptr) {
+            return;
+        }
         CulledGeometry geometry(world.hierarchy);
         const FramePlan& plan = geometry.plan(small_walk(20, kWidth, kHeight, at));
-        pictures.push_back(draw(*caster, plan, kWidth, kHeight));
+        pictures.push_back(draw(drawer->backend(), plan, kWidth, kHeight));
     }
     Picture black = pictures[0];
     for (std::size_t i = 0; i < black.rgba.size(); ++i) {
@@ -127,28 +143,34 @@ TEST_CASE("A mesh far from the origin of its own keeps its digits") {
     Mesh mesh = quad_mesh();
     mesh.origin = {1e8, 0.0, 0.0};
     add_instance(scene, add_mesh(scene, std::move(mesh), red), {3.0 - 1e8, 2.0, 0.0});
-    const auto caster = make_caster(scene);
+    const auto drawer = make_drawer(scene);
+    if (drawer == nullptr) {
+        return;
+    }
     check_rectangle(
-        draw(*caster, flat_plan({ItemId{0}}), kSize, kSize), 40, 20, 48, 28, kRed, kBlack
+        draw(drawer->backend(), flat_plan({ItemId{0}}), kSize, kSize), 40, 20, 48, 28, kRed, kBlack
     );
 }
 
 TEST_CASE("A clip box cuts geometry, wherever the plan's origin is") {
     Scene scene = flat_scene();
     const ItemId item = add_quad(scene, kRedPaint, {0.0, 0.0, 0.0}, 4.0);
-    const auto caster = make_caster(scene);
+    const auto drawer = make_drawer(scene);
+    if (drawer == nullptr) {
+        return;
+    }
     FramePlan plan = flat_plan({item});
     plan.origin = {100.0, 0.0, -50.0};
     plan.clips = {{{-101.0F, -2.0F, 49.0F}, {-97.0F, 1.0F, 51.0F}}};
     plan.commands[0].clip = 0;
     // x -1 to 3 and y -2 to 1 metres.
-    check_rectangle(draw(*caster, plan, kSize, kSize), 28, 28, 44, 40, kRed, kBlack);
+    check_rectangle(draw(drawer->backend(), plan, kSize, kSize), 28, 28, 44, 40, kRed, kBlack);
     // It cuts along the line of sight as well.
     plan.clips[0].lo.z = 50.5F;
-    check_rectangle(draw(*caster, plan, kSize, kSize), 0, 0, 0, 0, kRed, kBlack);
+    check_rectangle(draw(drawer->backend(), plan, kSize, kSize), 0, 0, 0, 0, kRed, kBlack);
     // And does not last.
     plan.commands[0].clip = Command::kNoClip;
-    check_rectangle(draw(*caster, plan, kSize, kSize), 16, 16, 48, 48, kRed, kBlack);
+    check_rectangle(draw(drawer->backend(), plan, kSize, kSize), 16, 16, 48, 48, kRed, kBlack);
 }
 
 TEST_CASE("A piece draws its primitives and no others") {
@@ -184,7 +206,10 @@ TEST_CASE("A piece draws its primitives and no others") {
     );
     REQUIRE(built.has_value());
     REQUIRE(built->pieces.size() > 2);
-    const auto caster = make_caster(scene, &*built);
+    const auto drawer = make_drawer(scene, &*built);
+    if (drawer == nullptr) {
+        return;
+    }
     const auto primitive_at = [](int x, int y_from_top) {
         const int column = (x - 16) / 4;
         const int row = (47 - y_from_top) / 8;
@@ -203,7 +228,7 @@ TEST_CASE("A piece draws its primitives and no others") {
         FramePlan plan = flat_plan({});
         plan.pieces = pieces;
         plan.commands[0].piece_count = static_cast<std::uint32_t>(pieces.size());
-        const Picture picture = draw(*caster, plan, kSize, kSize);
+        const Picture picture = draw(drawer->backend(), plan, kSize, kSize);
         int wrong = 0;
         for (int y = 0; y < kSize; ++y) {
             for (int x = 0; x < kSize; ++x) {
@@ -228,7 +253,10 @@ TEST_CASE("A mask hides what comes later and shows nothing") {
     const ItemId mask = add_quad(scene, kRedPaint, {0.0, 0.0, 0.0});
     const ItemId behind = add_quad(scene, kGreenPaint, {0.0, 0.0, -8.0}, 4.0);
     const ItemId before = add_quad(scene, kBluePaint, {0.0, 0.0, 4.0}, 0.125);
-    const auto caster = make_caster(scene);
+    const auto drawer = make_drawer(scene);
+    if (drawer == nullptr) {
+        return;
+    }
     FramePlan plan = flat_plan({mask, behind, before});
     plan.commands = {plan.commands[0], plan.commands[0]};
     plan.commands[0].kind = Command::Kind::mask;
@@ -236,7 +264,7 @@ TEST_CASE("A mask hides what comes later and shows nothing") {
     plan.commands[1].first = 1;
     plan.commands[1].count = 2;
     plan.passes[0].command_count = 2;
-    const Picture picture = draw(*caster, plan, kSize, kSize);
+    const Picture picture = draw(drawer->backend(), plan, kSize, kSize);
     CHECK(color_at(picture, 32, 32) == kBlue);  // 2 x 2 pixels
     CHECK(color_at(picture, 34, 32) == kBlack); // 8 x 8
     CHECK(color_at(picture, 37, 32) == kGreen); // 16 x 16
@@ -257,9 +285,12 @@ TEST_CASE("Textures stand upright and are cut out") {
         );
         add_instance(scene, add_mesh(scene, quad_mesh(), material), {0.0, 0.0, 0.0});
     }
-    const auto caster = make_caster(scene);
-    const Picture cut = draw(*caster, flat_plan({ItemId{0}}), kSize, kSize);
-    const Picture whole = draw(*caster, flat_plan({ItemId{1}}), kSize, kSize);
+    const auto drawer = make_drawer(scene);
+    if (drawer == nullptr) {
+        return;
+    }
+    const Picture cut = draw(drawer->backend(), flat_plan({ItemId{0}}), kSize, kSize);
+    const Picture whole = draw(drawer->backend(), flat_plan({ItemId{1}}), kSize, kSize);
     const Color paint = {220, 60, 40, 255};
     // One step of 255 for the filter's rounding.
     CHECK(distance(color_at(cut, 28, 28), {10, 20, 30, 255}) <= 1);
@@ -288,8 +319,12 @@ TEST_CASE("Colours multiply, and vertex alpha cuts without a texture") {
     const MeshId hole = add_mesh(scene, mesh, material);
     add_instance(scene, solid, {-2.0, 0.0, 0.0});
     add_instance(scene, hole, {2.0, 0.0, 0.0});
-    const auto caster = make_caster(scene);
-    const Picture picture = draw(*caster, flat_plan({ItemId{0}, ItemId{1}}), kSize, kSize);
+    const auto drawer = make_drawer(scene);
+    if (drawer == nullptr) {
+        return;
+    }
+    const Picture picture =
+        draw(drawer->backend(), flat_plan({ItemId{0}, ItemId{1}}), kSize, kSize);
     CHECK(distance(color_at(picture, 24, 32), {100, 100, 10, 255}) <= 1);
     CHECK(color_at(picture, 40, 32) == kBlack);
 }
@@ -302,14 +337,19 @@ TEST_CASE("Light is the same from both sides and follows turned instances") {
     const MeshId mesh = add_mesh(scene, quad_mesh(), white);
     add_instance(scene, mesh, {-2.0, 0.0, 0.0});                  // faces the light
     add_instance(scene, mesh, {2.0, 0.0, 0.0}, std::numbers::pi); // turned away
-    const auto caster = make_caster(scene);
-    const Picture picture = draw(*caster, flat_plan({ItemId{0}, ItemId{1}}), kSize, kSize);
+    const auto drawer = make_drawer(scene);
+    if (drawer == nullptr) {
+        return;
+    }
+    const Picture picture =
+        draw(drawer->backend(), flat_plan({ItemId{0}, ItemId{1}}), kSize, kSize);
     // Normals are stored in 10 bits, so lit = 0.5 + 0.5 n.l is good to 1/1000.
     CHECK(distance(color_at(picture, 24, 32), {255, 255, 255, 255}) <= 1);
     CHECK(distance(color_at(picture, 40, 32), {64, 64, 64, 255}) <= 1);
     const View behind =
         look_at({0.0, 0.0, -8.0}, {0.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, flat_view().lens, kSize, kSize);
-    const Picture back = draw(*caster, flat_plan({ItemId{0}, ItemId{1}}, behind), kSize, kSize);
+    const Picture back =
+        draw(drawer->backend(), flat_plan({ItemId{0}, ItemId{1}}, behind), kSize, kSize);
     CHECK(color_at(back, 40, 32) == color_at(picture, 24, 32));
     CHECK(color_at(back, 24, 32) == color_at(picture, 40, 32));
 }
@@ -318,10 +358,13 @@ TEST_CASE("Samples of a frame are averaged") {
     Scene scene = flat_scene();
     // The right edge goes through the middle of a pixel column: 4.125 m is 48.5 px.
     const ItemId item = add_quad(scene, kRedPaint, {3.125, 2.0, 0.0});
-    const auto caster = make_caster(scene);
-    const int samples = std::min(4, caster->limits().samples);
+    const auto drawer = make_drawer(scene);
+    if (drawer == nullptr) {
+        return;
+    }
+    const int samples = std::min(4, drawer->backend().limits().samples);
     REQUIRE(samples >= 2); // OpenGL 4.5 has at least 4
-    const Picture picture = draw(*caster, flat_plan({item}), kSize, kSize, samples);
+    const Picture picture = draw(drawer->backend(), flat_plan({item}), kSize, kSize, samples);
     CHECK(color_at(picture, 47, 24) == kRed);
     CHECK(color_at(picture, 49, 24) == kBlack);
     const int red = color_at(picture, 48, 24)[0];

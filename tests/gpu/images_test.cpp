@@ -1,5 +1,6 @@
-#include "opengl/device.hpp"
-#include "opengl/flat_scene.hpp"
+#include "gpu/drawer.hpp"
+#include "gpu/drawing.hpp"
+#include "gpu/flat_scene.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -93,14 +94,14 @@ std::vector<ItemId> add_patchwork(Scene& scene) {
 TEST_CASE("An image shown at its texels' centres is its source, bit for bit") {
     Scene scene = flat_scene();
     const std::vector<ItemId> items = add_patchwork(scene);
-    const auto device = Device::create(scene);
-    if (device == nullptr) {
+    const auto drawer = make_drawer(scene);
+    if (drawer == nullptr) {
         return;
     }
     // The source, drawn straight into a frame of its size.
     FramePlan plain = flat_plan(items, image_pass({}).view);
-    const Picture source = draw(*device->backend, plain, kTexels, kTexels);
-    const Picture frame = draw(*device->backend, plan_with_image(items, {}, 8.0F), kSize, kSize);
+    const Picture source = draw(drawer->backend(), plain, kTexels, kTexels);
+    const Picture frame = draw(drawer->backend(), plan_with_image(items, {}, 8.0F), kSize, kSize);
     int wrong = 0;
     int colored = 0;
     for (int y = 0; y < kSize; ++y) {
@@ -119,19 +120,19 @@ TEST_CASE("An image shown at its texels' centres is its source, bit for bit") {
     FramePlan again = plan_with_image({}, {}, 8.0F);
     again.pages.clear();
     again.passes.erase(again.passes.begin());
-    CHECK(draw(*device->backend, again, kSize, kSize) == frame);
+    CHECK(draw(drawer->backend(), again, kSize, kSize) == frame);
 }
 
 TEST_CASE("Images are blended over what is behind them") {
     Scene scene = flat_scene();
     const ItemId red = add_quad(scene, kRedPaint, {0.0, 0.0, 0.0}, 2.0);
     const ItemId green = add_quad(scene, kGreenPaint, {0.0, 0.0, -8.0}, 6.0); // 24 pixels wide
-    const auto device = Device::create(scene);
-    if (device == nullptr) {
+    const auto drawer = make_drawer(scene);
+    if (drawer == nullptr) {
         return;
     }
     const Picture picture =
-        draw(*device->backend, plan_with_image({red}, {green}, 8.0F), kSize, kSize);
+        draw(drawer->backend(), plan_with_image({red}, {green}, 8.0F), kSize, kSize);
     CHECK(color_at(picture, 32, 32) == kRed);
     CHECK(color_at(picture, 24, 32) == kRed);
     CHECK(color_at(picture, 23, 32) == kGreen);
@@ -142,24 +143,24 @@ TEST_CASE("Images test depth at one distance and write none") {
     Scene scene = flat_scene();
     const ItemId red = add_quad(scene, kRedPaint, {0.0, 0.0, 0.0}, 2.0);
     const ItemId blue = add_quad(scene, kBluePaint, {0.0, 0.0, 2.0}, 0.75); // 8 pixels, at depth 6
-    const auto device = Device::create(scene);
-    if (device == nullptr) {
+    const auto drawer = make_drawer(scene);
+    if (drawer == nullptr) {
         return;
     }
     // The quad lies in the plane at 8 metres all the while: only its depth says who is hidden.
     const Picture before =
-        draw(*device->backend, plan_with_image({red}, {blue}, 5.9F), kSize, kSize);
+        draw(drawer->backend(), plan_with_image({red}, {blue}, 5.9F), kSize, kSize);
     CHECK(color_at(before, 32, 32) == kRed);
     const Picture behind =
-        draw(*device->backend, plan_with_image({red}, {blue}, 6.1F), kSize, kSize);
+        draw(drawer->backend(), plan_with_image({red}, {blue}, 6.1F), kSize, kSize);
     CHECK(color_at(behind, 32, 32) == kBlue);
     CHECK(color_at(behind, 25, 32) == kRed);
     // Close to either end of the depths there are.
     const Picture nearest =
-        draw(*device->backend, plan_with_image({red}, {blue}, 0.5001F), kSize, kSize);
+        draw(drawer->backend(), plan_with_image({red}, {blue}, 0.5001F), kSize, kSize);
     CHECK(color_at(nearest, 32, 32) == kRed);
     const Picture farthest =
-        draw(*device->backend, plan_with_image({red}, {blue}, 99.9F), kSize, kSize);
+        draw(drawer->backend(), plan_with_image({red}, {blue}, 99.9F), kSize, kSize);
     CHECK(color_at(farthest, 32, 32) == kBlue);
     CHECK(color_at(farthest, 25, 32) == kRed);
 
@@ -175,17 +176,17 @@ TEST_CASE("Images test depth at one distance and write none") {
     plan.commands.push_back(geometry);
     plan.passes[1].first_command = 3;
     plan.passes[1].command_count = 2;
-    CHECK(color_at(draw(*device->backend, plan, kSize, kSize), 32, 32) == kBlue);
+    CHECK(color_at(draw(drawer->backend(), plan, kSize, kSize), 32, 32) == kBlue);
 }
 
 TEST_CASE("Images are made from images, and one quad may be shown in many passes") {
     Scene scene = flat_scene();
     const std::vector<ItemId> items = add_patchwork(scene);
-    const auto device = Device::create(scene);
-    if (device == nullptr) {
+    const auto drawer = make_drawer(scene);
+    if (drawer == nullptr) {
         return;
     }
-    const Picture direct = draw(*device->backend, plan_with_image(items, {}, 8.0F), kSize, kSize);
+    const Picture direct = draw(drawer->backend(), plan_with_image(items, {}, 8.0F), kSize, kSize);
     FramePlan plan = plan_with_image(items, {}, 8.0F);
     // A second image shows the first with the very quad that is there, then takes its place.
     Pass second = image_pass({5, 9, kTexels, kTexels});
@@ -193,15 +194,15 @@ TEST_CASE("Images are made from images, and one quad may be shown in many passes
     second.batch = 1;
     plan.passes.insert(plan.passes.begin() + 1, second);
     plan.passes[2].batch = 2;
-    CHECK(draw(*device->backend, plan, kSize, kSize) == direct);
+    CHECK(draw(drawer->backend(), plan, kSize, kSize) == direct);
 }
 
 TEST_CASE("An image is cleared before it is made") {
     Scene scene = flat_scene();
     const ItemId red = add_quad(scene, kRedPaint, {0.0, 0.0, 0.0}, 100.0);
     const ItemId green = add_quad(scene, kGreenPaint, {0.0, 0.0, -8.0}, 1.0);
-    const auto device = Device::create(scene);
-    if (device == nullptr) {
+    const auto drawer = make_drawer(scene);
+    if (drawer == nullptr) {
         return;
     }
     // The same place of the scratch page, twice: neither colour nor depth of the first is left.
@@ -215,7 +216,7 @@ TEST_CASE("An image is cleared before it is made") {
     second.first_command = 3;
     plan.passes.insert(plan.passes.begin() + 1, second);
     plan.passes[2].batch = 2;
-    const Picture picture = draw(*device->backend, plan, kSize, kSize);
+    const Picture picture = draw(drawer->backend(), plan, kSize, kSize);
     CHECK(color_at(picture, 32, 32) == kGreen);
     CHECK(color_at(picture, 20, 20) == kBlack);
 }
@@ -224,13 +225,13 @@ TEST_CASE("Samples of an image are averaged with their alpha") {
     Scene scene = flat_scene();
     const ItemId red = add_quad(scene, kRedPaint, {1.125, 0.0, 0.0}); // ends at 40.5 px
     const ItemId green = add_quad(scene, kGreenPaint, {0.0, 0.0, -1.0}, 6.0);
-    const auto device = Device::create(scene);
-    if (device == nullptr) {
+    const auto drawer = make_drawer(scene);
+    if (drawer == nullptr) {
         return;
     }
-    const int samples = std::min(4, device->backend->limits().samples);
+    const int samples = std::min(4, drawer->backend().limits().samples);
     const Picture picture =
-        draw(*device->backend, plan_with_image({red}, {green}, 8.0F, samples), kSize, kSize);
+        draw(drawer->backend(), plan_with_image({red}, {green}, 8.0F, samples), kSize, kSize);
     CHECK(color_at(picture, 39, 32) == kRed);
     CHECK(color_at(picture, 41, 32) == kGreen);
     const Color edge = color_at(picture, 40, 32);

@@ -1,0 +1,27 @@
+#include "gpu/drawer.hpp"
+
+#include "embree/casting.hpp"
+
+#include <utility>
+
+namespace farfield::support {
+
+namespace {
+
+class CastDrawer final : public Drawer {
+  public:
+    explicit CastDrawer(std::unique_ptr<embree::EmbreeBackend> caster)
+        : caster_(std::move(caster)) {}
+    [[nodiscard]] Backend& backend() override { return *caster_; }
+
+  private:
+    std::unique_ptr<embree::EmbreeBackend> caster_;
+};
+
+} // namespace
+
+std::unique_ptr<Drawer> make_drawer(const Scene& scene, const Hierarchy* hierarchy) {
+    return std::make_unique<CastDrawer>(make_caster(scene, hierarchy));
+}
+
+} // namespace farfield::support

@@ -1,0 +1,27 @@
+#include "gpu/drawer.hpp"
+
+#include "opengl/device.hpp"
+
+#include <utility>
+
+namespace farfield::support {
+
+namespace {
+
+class DeviceDrawer final : public Drawer {
+  public:
+    explicit DeviceDrawer(std::unique_ptr<Device> device) : device_(std::move(device)) {}
+    [[nodiscard]] Backend& backend() override { return *device_->backend; }
+
+  private:
+    std::unique_ptr<Device> device_;
+};
+
+} // namespace
+
+std::unique_ptr<Drawer> make_drawer(const Scene& scene, const Hierarchy* hierarchy) {
+    auto device = Device::create(scene, hierarchy);
+    return device == nullptr ? nullptr : std::make_unique<DeviceDrawer>(std::move(device));
+}
+
+} // namespace farfield::support
