@@ -2,6 +2,7 @@
 // rasterises, and Embree, which casts rays, and compares what their pixels show. Where both agree,
 // the geometry that everything else is held against is right.
 #include "run/backends.hpp"
+#include "run/program.hpp"
 #include "run/world.hpp"
 #include <farfield/eval/image_errors.hpp>
 #include <farfield/eval/item_agreement.hpp>
@@ -18,7 +19,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -382,15 +382,8 @@ Result<void> run_crosscheck(const Options& options) {
     if (!world) {
         return tl::unexpected(world.error());
     }
-    if (!options.out.empty()) {
-        std::error_code error;
-        std::filesystem::create_directories(options.out, error);
-        if (error) {
-            return fail(
-                ErrorCode::device,
-                "cannot make the folder '" + options.out + "': " + error.message()
-            );
-        }
+    if (Result<void> made = run::make_folder(options.out); !made) {
+        return made;
     }
     run::Backends backends(*world);
     auto opengl = make_drawer(*world, backends, "opengl");
@@ -423,54 +416,20 @@ Result<void> run_crosscheck(const Options& options) {
     return {};
 }
 
-int crosscheck(int argc, char** argv) {
+} // namespace
+
+int main(int argc, char** argv) {
     Options options;
     options.world.whole_path = 8;
-    CLI::App app("Compares plain geometry as OpenGL draws it with what Embree casts.");
-    app.add_option("--scene", options.world.scene, "island, or a file");
+    CLI::App app(
+        "Compares plain geometry as OpenGL draws it with what Embree casts.", "crosscheck"
+    );
+    run::add_scene_options(app, options.world);
     app.add_option("--frames", options.world.whole_path, "so many, spread over the scene's walk")
         ->check(CLI::Range(1, 10'000));
-    app.add_option("--size", options.world.size, "WIDTHxHEIGHT [px]");
-    app.add_option("--up", options.world.up, "axis that points up in a mesh file")
-        ->check(CLI::IsMember({"y", "z"}));
-    app.add_option("--path", options.world.path, "JSON file of a camera path");
     app.add_option("--least", options.least, "share of agreeing pixels below which it fails")
         ->check(CLI::Range(0.0, 1.0));
     app.add_option("--json", options.json, "file for all figures");
     app.add_option("--out", options.out, "folder for the pictures, and one of where items differ");
-    for (const auto& entry : scenes::scene_catalog()) {
-        for (const auto& parameter : entry.parameters) {
-            const std::string name(parameter.name);
-            app.add_option_function<double>(
-                "--" + name,
-                [&options, name](double value) { options.world.scene_values[name] = value; },
-                std::string(parameter.help)
-            );
-        }
-    }
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        const int status = app.exit(error);
-        return status == 0 ? 0 : 2;
-    }
-    if (Result<void> done = run_crosscheck(options); !done) {
-        std::fprintf(stderr, "crosscheck: %s\n", done.error().message.c_str());
-        return 1;
-    }
-    return 0;
-}
-
-} // namespace
-
-int main(int argc, char** argv) {
-    // The library throws nothing, but its memory and the command line may.
-    try {
-        return crosscheck(argc, argv);
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "crosscheck: %s\n", error.what());
-    } catch (...) {
-        std::fprintf(stderr, "crosscheck: ended by an unknown exception\n");
-    }
-    return 1;
+    return run::run_program(app, argc, argv, [&] { return run_crosscheck(options); });
 }

@@ -2,6 +2,7 @@
 // were: results.csv, report.html and its plots. All that measures is in farfield::eval.
 #include "run/backends.hpp"
 #include "run/evaluation.hpp"
+#include "run/program.hpp"
 #include "run/technique.hpp"
 #include "run/world.hpp"
 #include <farfield/eval/crop.hpp>
@@ -15,10 +16,8 @@
 
 #include <chrono>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <fstream>
-#include <malloc.h>
 #include <map>
 #include <optional>
 #include <string>
@@ -398,6 +397,15 @@ Result<void> run_walk(
 }
 
 Result<void> run_all(const Options& options) {
+    if (!options.plan.empty() && (options.quick || options.print)) {
+        return fail(
+            ErrorCode::invalid_argument, "--quick and --print are of the built-in plan, not of one"
+        );
+    }
+    if (options.print) {
+        std::printf("%s\n", std::string(run::built_in_evaluation(options.quick)).c_str());
+        return {};
+    }
     const auto plan =
         options.plan.empty()
             ? run::parse_evaluation(run::built_in_evaluation(options.quick), "built-in evaluation")
@@ -455,12 +463,12 @@ Result<void> run_all(const Options& options) {
     return {};
 }
 
-int evaluate(int argc, char** argv) {
-    // llvmpipe gives its memory back after every frame and asks for it again; that would be timed.
-    mallopt(M_TRIM_THRESHOLD, 1 << 30);
-    mallopt(M_MMAP_THRESHOLD, 1 << 30);
+} // namespace
+
+int main(int argc, char** argv) {
+    run::keep_freed_memory();
     Options options;
-    CLI::App app("Measures many techniques side by side and writes a report.");
+    CLI::App app("Measures many techniques side by side and writes a report.", "evaluate");
     app.add_option(
         "plan", options.plan, "JSON file of what to measure; a built-in one if not given"
     );
@@ -473,37 +481,5 @@ int evaluate(int argc, char** argv) {
         "pictures of the whole frame, not only of where it is worst"
     );
     app.add_flag("--print", options.print, "print the built-in evaluation, to begin with, and end");
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        const int status = app.exit(error);
-        return status == 0 ? 0 : 2;
-    }
-    if (!options.plan.empty() && (options.quick || options.print)) {
-        std::fprintf(stderr, "evaluate: --quick and --print are of the built-in plan\n");
-        return 2;
-    }
-    if (options.print) {
-        std::printf("%s\n", std::string(run::built_in_evaluation(options.quick)).c_str());
-        return 0;
-    }
-    if (Result<void> done = run_all(options); !done) {
-        std::fprintf(stderr, "evaluate: %s\n", done.error().message.c_str());
-        return 1;
-    }
-    return 0;
-}
-
-} // namespace
-
-int main(int argc, char** argv) {
-    // The library throws nothing, but its memory and the command line may.
-    try {
-        return evaluate(argc, argv);
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "evaluate: %s\n", error.what());
-    } catch (...) {
-        std::fprintf(stderr, "evaluate: ended by an unknown exception\n");
-    }
-    return 1;
+    return run::run_program(app, argc, argv, [&] { return run_all(options); });
 }

@@ -1,6 +1,7 @@
 // Walks through a scene with one technique, and reports speed and error. All that measures is in
 // farfield::eval; this program turns options into a run.
 #include "run/backends.hpp"
+#include "run/program.hpp"
 #include "run/technique.hpp"
 #include "run/world.hpp"
 #include <farfield/eval/camera_path.hpp>
@@ -15,9 +16,7 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
-#include <malloc.h>
 #include <map>
 #include <optional>
 #include <string>
@@ -300,15 +299,8 @@ Result<void> run_walk(const Options& options) {
     }
     setup.contenders = std::span(&contender, 1);
 
-    if (!options.out.empty()) {
-        std::error_code error;
-        std::filesystem::create_directories(options.out, error);
-        if (error) {
-            return fail(
-                ErrorCode::device,
-                "cannot make the folder '" + options.out + "': " + error.message()
-            );
-        }
+    if (Result<void> made = run::make_folder(options.out); !made) {
+        return made;
     }
     WalkObserver observer;
     if (isatty(STDERR_FILENO) != 0) {
@@ -354,14 +346,15 @@ Result<void> run_walk(const Options& options) {
     return {};
 }
 
-int walkthrough(int argc, char** argv) {
-    // llvmpipe gives its memory back after every frame and asks for it again; that would be timed.
-    mallopt(M_TRIM_THRESHOLD, 1 << 30);
-    mallopt(M_MMAP_THRESHOLD, 1 << 30);
+} // namespace
 
+int main(int argc, char** argv) {
+    run::keep_freed_memory();
     Options options;
-    CLI::App app("Walks through a scene with one technique and reports speed against error.");
-    app.add_option("--scene", options.world.scene, "island, or a file");
+    CLI::App app(
+        "Walks through a scene with one technique and reports speed against error.", "walkthrough"
+    );
+    run::add_scene_options(app, options.world);
     app.add_option("--technique", options.run.technique)
         ->check(CLI::IsMember({"geometry", "mesh-lod", "image-cache"}));
     app.add_option("--backend", options.run.backend)
@@ -375,12 +368,8 @@ int walkthrough(int argc, char** argv) {
         ->check(CLI::Range(1, 10'000'000));
     app.add_option("--whole-path", options.world.whole_path, "the whole path in this many frames")
         ->check(CLI::Range(1, 10'000'000));
-    app.add_option("--size", options.world.size, "WIDTHxHEIGHT [px]");
     app.add_option("--fov-deg", options.world.fov_deg, "vertical field of view [degrees]");
-    app.add_option("--path", options.world.path, "JSON file of a camera path");
     app.add_option("--step", options.world.step_m, "metres a frame of a default path");
-    app.add_option("--up", options.world.up, "axis that points up in a mesh file")
-        ->check(CLI::IsMember({"y", "z"}));
     app.add_option("--samples", options.run.samples, "per pixel of the frame");
     app.add_option("--image-samples", options.run.cache.image_samples, "per texel of images");
     app.add_option("--levels", options.run.levels, "how mesh-lod simplifies")
@@ -429,39 +418,5 @@ int walkthrough(int argc, char** argv) {
     app.add_option("--frames-csv", options.frames_csv, "file for the figures of every frame");
     app.add_option("--out", options.out, "folder for pictures");
     app.add_flag("--overlay", options.overlay, "also what each node did, in colours (with --png)");
-    for (const auto& entry : farfield::scenes::scene_catalog()) {
-        for (const auto& parameter : entry.parameters) {
-            const std::string name(parameter.name);
-            app.add_option_function<double>(
-                "--" + name,
-                [&options, name](double value) { options.world.scene_values[name] = value; },
-                std::string(parameter.help)
-            );
-        }
-    }
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        const int status = app.exit(error);
-        return status == 0 ? 0 : 2;
-    }
-    if (farfield::Result<void> done = run_walk(options); !done) {
-        std::fprintf(stderr, "walkthrough: %s\n", done.error().message.c_str());
-        return 1;
-    }
-    return 0;
-}
-
-} // namespace
-
-int main(int argc, char** argv) {
-    // The library throws nothing, but its memory and the command line may.
-    try {
-        return walkthrough(argc, argv);
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "walkthrough: %s\n", error.what());
-    } catch (...) {
-        std::fprintf(stderr, "walkthrough: ended by an unknown exception\n");
-    }
-    return 1;
+    return run::run_program(app, argc, argv, [&] { return run_walk(options); });
 }

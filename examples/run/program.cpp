@@ -1,0 +1,76 @@
+#include "run/program.hpp"
+
+#include "scenes/scene_catalog.hpp"
+
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <malloc.h>
+#include <string>
+#include <system_error>
+
+namespace farfield::run {
+
+void add_scene_options(CLI::App& app, WorldOptions& options) {
+    app.add_option("--scene", options.scene, "island, or a file");
+    app.add_option("--size", options.size, "WIDTHxHEIGHT [px]");
+    app.add_option("--up", options.up, "axis that points up in a mesh file")
+        ->check(CLI::IsMember({"y", "z"}));
+    app.add_option("--path", options.path, "JSON file of a camera path");
+    for (const auto& entry : scenes::scene_catalog()) {
+        for (const auto& parameter : entry.parameters) {
+            const std::string name(parameter.name);
+            app.add_option_function<double>(
+                "--" + name,
+                [&options, name](double value) { options.scene_values[name] = value; },
+                std::string(parameter.help)
+            );
+        }
+    }
+}
+
+Result<void> make_folder(const std::string& folder) {
+    if (folder.empty()) {
+        return {};
+    }
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) {
+        return fail(
+            ErrorCode::device, "cannot make the folder '" + folder + "': " + error.message()
+        );
+    }
+    return {};
+}
+
+void keep_freed_memory() {
+    constexpr int kNever = 1 << 30;
+    mallopt(M_TRIM_THRESHOLD, kNever);
+    mallopt(M_MMAP_THRESHOLD, kNever);
+}
+
+int run_program(
+    CLI::App& app, int argc, char** argv, const std::function<Result<void>()>& work
+) noexcept {
+    const char* const name = app.get_name().c_str();
+    // The library throws nothing, but its memory and the command line may.
+    try {
+        try {
+            app.parse(argc, argv);
+        } catch (const CLI::ParseError& error) {
+            return app.exit(error) == 0 ? 0 : 2;
+        }
+        const Result<void> done = work();
+        if (done) {
+            return 0;
+        }
+        std::fprintf(stderr, "%s: %s\n", name, done.error().message.c_str());
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "%s: %s\n", name, error.what());
+    } catch (...) {
+        std::fprintf(stderr, "%s: ended by an unknown exception\n", name);
+    }
+    return 1;
+}
+
+} // namespace farfield::run

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "run/world.hpp"
+#include <farfield/core/result.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <functional>
+#include <string>
+
+/// What the programs do alike around their work.
+namespace farfield::run {
+
+/// Adds the options that say which scene is seen how large: --scene, --size, --up, --path, and the
+/// parameters of every scene of the catalogue.
+void add_scene_options(CLI::App& app, WorldOptions& options);
+
+/// Makes a folder, and those above it. An empty name makes none.
+[[nodiscard]] Result<void> make_folder(const std::string& folder);
+
+/// Keeps memory that was freed. llvmpipe gives its own back after every frame and asks for it
+/// again; that would be timed.
+void keep_freed_memory();
+
+/// Parses the command line and does the work. Errors go to standard error under the app's name.
+/// @return status of the program: 0, 1 where the work failed, 2 for a wrong command line
+[[nodiscard]] int run_program(
+    CLI::App& app, int argc, char** argv, const std::function<Result<void>()>& work
+) noexcept;
+
+} // namespace farfield::run
