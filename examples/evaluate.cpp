@@ -85,8 +85,8 @@ Result<void> add_pictures(const WorstFrame& worst, double error_px, bool whole, 
     PictureWindow window{0, 0, best.width, best.height};
     if (!whole) {
         // Small enough for a page with many of them, large enough to see what is wrong.
-        constexpr int kWidth = 160;
-        constexpr int kHeight = 120;
+        constexpr int kWidth = 80;
+        constexpr int kHeight = 60;
         const auto found = eval::most_different_window(best, worst.picture, kWidth, kHeight);
         if (!found) {
             return tl::unexpected(found.error());

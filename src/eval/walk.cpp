@@ -166,7 +166,7 @@ class Walk {
     Result<void> make_references();
     Result<std::size_t> find_baseline(Backend& backend, std::int32_t samples);
     Result<GeometryOrder> faster_order(Backend& backend, TargetId target) const;
-    Result<void> draw_baselines(int frame);
+    Result<void> draw_baseline(Baseline& baseline, int frame);
     [[nodiscard]] Motion motion_at(std::size_t frame) const;
     Result<void> run_frame(int frame);
     Result<void> draw_references(int frame);
@@ -359,31 +359,18 @@ Motion Walk::motion_at(std::size_t frame) const {
     return motion;
 }
 
-/// Draws plain geometry on every backend that it is timed on, and keeps the first one's picture.
-Result<void> Walk::draw_baselines(int frame) {
+/// Draws plain geometry on one backend, and times it on sampled frames.
+Result<void> Walk::draw_baseline(Baseline& baseline, int frame) {
     const View& view = views_[static_cast<std::size_t>(frame)];
-    for (std::size_t i = 0; i < baselines_.size(); ++i) {
-        Baseline& baseline = baselines_[i];
-        if (!sample_ && i > 0) {
-            break; // only the picture is wanted
-        }
-        const auto drawn =
-            time_frame(*baseline.backend, baseline.target.id(), clear_, [&]() -> const FramePlan& {
-                return baseline.geometry.plan(view);
-            });
-        if (!drawn) {
-            return tl::unexpected(drawn.error());
-        }
-        if (sample_) {
-            baseline.times.push_back({frame, drawn->frame_ms});
-        }
-        if (i == 0) {
-            auto seen = see(*baseline.backend, baseline.target.id(), clear_);
-            if (!seen) {
-                return tl::unexpected(std::move(seen).error());
-            }
-            reference_ = std::move(*seen);
-        }
+    const auto drawn =
+        time_frame(*baseline.backend, baseline.target.id(), clear_, [&]() -> const FramePlan& {
+            return baseline.geometry.plan(view);
+        });
+    if (!drawn) {
+        return tl::unexpected(drawn.error());
+    }
+    if (sample_) {
+        baseline.times.push_back({frame, drawn->frame_ms});
     }
     return {};
 }
@@ -395,14 +382,20 @@ Result<void> Walk::draw_references(int frame) {
     if (setup_.reference == nullptr || (!sample_ && !show_)) {
         return {};
     }
-    if (Result<void> drawn = draw_baselines(frame); !drawn) {
+    Baseline& baseline = baselines_[0];
+    if (Result<void> drawn = draw_baseline(baseline, frame); !drawn) {
         return drawn;
     }
+    auto seen = see(*baseline.backend, baseline.target.id(), clear_);
+    if (!seen) {
+        return tl::unexpected(std::move(seen).error());
+    }
+    reference_ = std::move(*seen);
     if (setup_.truth == nullptr) {
         return {};
     }
     const View& view = views_[static_cast<std::size_t>(frame)];
-    const FramePlan& plan = baselines_[0].geometry.plan(view);
+    const FramePlan& plan = baseline.geometry.plan(view);
     if (Result<void> drawn = setup_.truth->execute(plan, truth_target_->id(), clear_); !drawn) {
         return drawn;
     }
@@ -539,6 +532,16 @@ Result<void> Walk::run_frame(int frame) {
     const std::size_t count = runners_.size();
     for (std::size_t i = 0; i < count; ++i) {
         const std::size_t index = (i + static_cast<std::size_t>(frame)) % count;
+        // What times are divided by is drawn beside the first that is, and so as warm or cold.
+        if (sample_ && runners_[index].baseline) {
+            Baseline& baseline = baselines_[*runners_[index].baseline];
+            const bool due = baseline.times.empty() || baseline.times.back().frame != frame;
+            if (due) {
+                if (Result<void> drawn = draw_baseline(baseline, frame); !drawn) {
+                    return drawn;
+                }
+            }
+        }
         if (Result<void> done = run_contender(index, frame); !done) {
             return fail(
                 done.error().code,

@@ -369,7 +369,7 @@ TEST_CASE("an image is shown until its error exceeds the threshold and not a fra
             CHECK(totals.evicted == 0);
             CHECK(totals.created > 100);
             CHECK(totals.combined > 10);
-            CHECK(totals.reused > 5 * totals.created);
+            CHECK(totals.reused > 8 * totals.created);
             CHECK(nearly_spent > 100);
         }
     }

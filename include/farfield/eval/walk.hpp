@@ -146,9 +146,9 @@ namespace eval {
 
 /// Walks with all contenders at once, and times every frame of each: wall time of plan, execute and
 /// finish. They take turns, another one first on each frame, so that whatever else the machine does
-/// meets all of them alike. Reference and truth are drawn once for all, interleaved; times are
-/// divided by the faster of sorted and stored order; pictures are read and compared outside the
-/// clock.
+/// meets all of them alike. Reference and truth are drawn once for all, interleaved, and other
+/// plain geometry beside the contenders that are divided by it; the faster of sorted and stored
+/// order counts; pictures are read and compared outside the clock.
 /// @return an error of a backend, of a view, or of an observer
 [[nodiscard]] Result<WalkResult>
 walk(const WalkSetup& setup, const WalkOptions& options, const WalkObserver& observer = {});
