@@ -126,36 +126,14 @@ Result<void> EmbreeBackend::Impl::update_page(std::uint32_t cache, const PageUpd
 }
 
 Result<void> EmbreeBackend::Impl::check_pages(const FramePlan& plan, const Target& frame) {
-    const auto refused = [&](std::size_t pass, const char* what, PageId id) {
-        return invalid(
-            "pass " + std::to_string(pass) + " " + what + " page " + std::to_string(index_of(id)) +
-            ", which does not exist or is not of that kind"
-        );
-    };
+    const Region whole{0, 0, frame.width, frame.height};
     for (std::size_t i = 0; i < plan.passes.size(); ++i) {
         const Pass& pass = plan.passes[i];
-        Region whole{0, 0, frame.width, frame.height};
-        if (pass.page != kNone<PageId>) {
-            const Page* page = find(plan.cache, pass.page);
-            if (page == nullptr || !page->scratch) {
-                return refused(i, "draws into", pass.page);
-            }
-            whole = {0, 0, page->size, page->size};
-        }
-        if (!contains(whole, pass.viewport)) {
-            return invalid(
-                "pass " + std::to_string(i) + " has a viewport of " +
-                std::to_string(pass.viewport.width) + " x " + std::to_string(pass.viewport.height) +
-                " at " + std::to_string(pass.viewport.x) + ", " + std::to_string(pass.viewport.y) +
-                ", outside of " + std::to_string(whole.width) + " x " + std::to_string(whole.height)
+        if (Result<void> valid = gpu::check_places(
+                plan, i, whole, find(plan.cache, pass.page), find(plan.cache, pass.copy_page)
             );
-        }
-        if (pass.copy_page != kNone<PageId>) {
-            const Page* page = find(plan.cache, pass.copy_page);
-            if (page == nullptr || page->scratch ||
-                !contains(Region{0, 0, page->size, page->size}, pass.copy)) {
-                return refused(i, "copies to, or beyond,", pass.copy_page);
-            }
+            !valid) {
+            return valid;
         }
         for (std::uint32_t c = 0; c < pass.command_count; ++c) {
             const std::uint32_t command = pass.first_command + c;

@@ -3,6 +3,7 @@
 #include "embree/cast_scene.hpp"
 #include "embree/memory.hpp"
 #include <farfield/gpu/frame_plan.hpp>
+#include <farfield/gpu/plan_rules.hpp>
 #include <farfield/image/position_picture.hpp>
 
 #include <glm/ext/matrix_float3x3.hpp>
@@ -19,12 +20,10 @@
 namespace farfield::embree {
 
 /// A page or a scratch page. Rows go up, as those of regions do.
-struct Page {
+struct Page : gpu::PageFacts {
     std::uint32_t cache = 0;
     PageId id = kNone<PageId>;
-    std::int32_t size = 0;
-    std::int32_t samples = 1; ///< of a scratch page
-    bool scratch = false;
+    std::int32_t samples = 1;     ///< of a scratch page
     Memory<std::uint32_t> colors; ///< RGBA, 8 bits each; a row and a texel more than there are
     Memory<PositionTexel> positions;
 };

@@ -181,6 +181,49 @@ Result<void> check_structure(const FramePlan& plan) {
     return {};
 }
 
+Result<void> check_places(
+    const FramePlan& plan,
+    std::size_t index,
+    const Region& frame,
+    const PageFacts* page,
+    const PageFacts* copy_page
+) {
+    const Pass& pass = plan.passes[index];
+    const auto refused = [&](const std::string& what) {
+        return invalid(pass_name(index) + ": " + what);
+    };
+    Region whole = frame;
+    if (pass.page != kNone<PageId>) {
+        if (page == nullptr || !page->scratch) {
+            return refused(
+                "draws into page " + std::to_string(index_of(pass.page)) +
+                (page == nullptr ? ", which does not exist" : ", which is no scratch page")
+            );
+        }
+        whole = {0, 0, page->size, page->size};
+    }
+    if (!contains(whole, pass.viewport)) {
+        return refused("viewport of " + text(pass.viewport) + " outside of " + text(whole));
+    }
+    if (pass.copy_page == kNone<PageId>) {
+        return {};
+    }
+    const std::string name = "page " + std::to_string(index_of(pass.copy_page));
+    if (copy_page == nullptr || copy_page->scratch) {
+        return refused(
+            "copies to " + name +
+            (copy_page == nullptr ? ", which does not exist" : ", a scratch page")
+        );
+    }
+    if (!contains(Region{0, 0, copy_page->size, copy_page->size}, pass.copy)) {
+        return refused(
+            "copies to " + text(pass.copy) + " of " + name + " of " +
+            std::to_string(copy_page->size) + " texels a side"
+        );
+    }
+    return {};
+}
+
 Result<void> check_page(const PageUpdate& update, std::int32_t largest, std::int32_t most_samples) {
     const std::string name = "page " + std::to_string(index_of(update.page));
     if (update.page == kNone<PageId>) {

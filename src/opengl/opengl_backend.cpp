@@ -149,17 +149,15 @@ GLuint make_position_texture(GLenum format, std::int32_t size) {
     return texture;
 }
 
-struct Page {
+struct Page : gpu::PageFacts {
     std::uint32_t cache = 0;
     PageId id = kNone<PageId>;
-    std::int32_t size = 0;
     GLuint color = 0;            // texture, or renderbuffer of a scratch page with several samples
     GLuint depth = 0;            // renderbuffer of a scratch page
     GLuint framebuffer = 0;      // of a scratch page
     GLuint copy_framebuffer = 0; // of a page: resolves go to it
     PositionBuffers positions;   // textures
     std::int32_t samples = 1;
-    bool scratch = false;
 };
 
 std::uint64_t page_bytes(const Page& page) {
@@ -432,41 +430,14 @@ void OpenGLBackend::Impl::reserve_quads(std::size_t count) noexcept {
 }
 
 Result<void> OpenGLBackend::Impl::check_pages(const FramePlan& plan, const Target& frame) noexcept {
-    const auto refused = [&](std::size_t pass, const char* what, PageId id) {
-        return fail(
-            ErrorCode::invalid_argument,
-            "plan: pass " + std::to_string(pass) + " " + what + " page " +
-                std::to_string(index_of(id)) + ", which does not exist or is not of that kind"
-        );
-    };
+    const Region whole{0, 0, frame.width, frame.height};
     for (std::size_t i = 0; i < plan.passes.size(); ++i) {
         const Pass& pass = plan.passes[i];
-        Region whole{0, 0, frame.width, frame.height};
-        if (pass.page != kNone<PageId>) {
-            const Page* page = find(plan.cache, pass.page);
-            if (page == nullptr || !page->scratch) {
-                return refused(i, "draws into", pass.page);
-            }
-            whole = {0, 0, page->size, page->size};
-        }
-        if (!contains(whole, pass.viewport)) {
-            return fail(
-                ErrorCode::invalid_argument,
-                "plan: pass " + std::to_string(i) + " has a viewport of " +
-                    std::to_string(pass.viewport.width) + " x " +
-                    std::to_string(pass.viewport.height) + " at " +
-                    std::to_string(pass.viewport.x) + ", " + std::to_string(pass.viewport.y) +
-                    ", outside of " + std::to_string(whole.width) + " x " +
-                    std::to_string(whole.height)
+        if (Result<void> valid = gpu::check_places(
+                plan, i, whole, find(plan.cache, pass.page), find(plan.cache, pass.copy_page)
             );
-        }
-        if (pass.copy_page == kNone<PageId>) {
-            continue;
-        }
-        const Page* page = find(plan.cache, pass.copy_page);
-        if (page == nullptr || page->scratch ||
-            !contains(Region{0, 0, page->size, page->size}, pass.copy)) {
-            return refused(i, "copies to, or beyond,", pass.copy_page);
+            !valid) {
+            return valid;
         }
     }
     return {};

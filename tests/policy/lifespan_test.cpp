@@ -1,4 +1,3 @@
-#include "support/golden.hpp"
 #include "support/random.hpp"
 #include <farfield/math/box3.hpp>
 #include <farfield/policy/lifespan.hpp>
@@ -22,92 +21,11 @@ template <typename T>
 using Vector = glm::vec<3, T>;
 
 template <typename T>
-T optional_number(const support::GoldenRow& row, const char* column, T otherwise) {
-    return row.has(column) ? row.number<T>(column) : otherwise;
-}
-
-template <typename T>
-Lifespan<T> lifespan_of(const support::GoldenRow& row) {
-    const std::string& kind = row.text("kind");
-    const auto position = row.vector<T>("p");
-    const auto velocity = row.vector<T>("vel");
-    const FrameCount<T> count{
-        row.number<T>("dt"), static_cast<std::uint32_t>(row.number<double>("nmax"))};
-    MotionBound<T> bound;
-    bound.max_acceleration = optional_number(row, "A", T(0));
-    bound.max_speed = optional_number(row, "vmax", bound.max_speed);
-    if (kind == "aabb_guaranteed_euler") {
-        bound.step_seconds = count.frame_seconds;
-    }
-    if (kind.starts_with("sphere")) {
-        const Ball<T> zone{row.vector<T>("c"), row.number<T>("R")};
-        return kind == "sphere_linear"
-                   ? policy::extrapolated_lifespan(zone, position, velocity, count)
-                   : policy::guaranteed_lifespan(zone, position, velocity, bound, count);
-    }
-    const Box3<T> zone{row.vector<T>("lo"), row.vector<T>("hi")};
-    if (kind.starts_with("aabb_guaranteed")) {
-        return policy::guaranteed_lifespan(zone, position, velocity, bound, count);
-    }
-    const Vector<T> acceleration = row.has("accx") ? row.vector<T>("acc") : Vector<T>(T(0));
-    return policy::extrapolated_lifespan(zone, position, velocity, acceleration, count);
-}
-
-/// How much more than the inputs' the relative error of the exit time may be.
-Real condition(const support::GoldenRow& row) {
-    const std::string& kind = row.text("kind");
-    if (kind.starts_with("sphere")) {
-        const auto offset = row.vector<Real>("p") - row.vector<Real>("c");
-        const Real radius = row.number<Real>("R");
-        return 1 + radius / (radius - glm::length(offset));
-    }
-    return kind == "aabb_quadratic" || kind == "aabb_guaranteed_euler" ? Real(12) : Real(1);
-}
-
-template <typename T>
 Box3<T> unit_box() {
     return {Vector<T>(T(-1)), Vector<T>(T(1))};
 }
 
 } // namespace
-
-TEMPLATE_TEST_CASE("Life spans agree with the golden file", "", float, double) {
-    using T = TestType;
-    constexpr Real kUnit = std::numeric_limits<T>::epsilon() / 2;
-    const support::GoldenFile file("lifespan");
-    int rows = 0;
-    for (const support::GoldenRow& row : file.rows()) {
-        if (!row.serves<T>()) {
-            continue;
-        }
-        ++rows;
-        INFO("row " << row.name());
-        const Lifespan<T> life = lifespan_of<T>(row);
-        CHECK(life.outcome == row.status());
-        if (is_error(row.status())) {
-            CHECK(life.frames == 0);
-            CHECK(std::isnan(life.exit_seconds));
-            continue;
-        }
-        CHECK(life.frames == static_cast<std::uint32_t>(row.number<double>("frames")));
-        const Real expected = row.number<Real>("t_exit");
-        if (expected > std::numeric_limits<T>::max()) {
-            CHECK(std::isinf(life.exit_seconds));
-        } else if (expected == 0) {
-            CHECK(life.exit_seconds == T(0));
-        } else {
-            const Real limit = 8 * kUnit * condition(row) * expected;
-            CHECK(std::abs(Real(life.exit_seconds) - expected) <= limit);
-        }
-        if (row.has("t_true")) {
-            CHECK(
-                Real(life.exit_seconds) <=
-                row.number<Real>("t_true") * (1 + 8 * kUnit * condition(row))
-            );
-        }
-    }
-    CHECK(rows > 330);
-}
 
 TEMPLATE_TEST_CASE("Life spans of empty and degenerate zones", "", float, double) {
     using T = TestType;

@@ -3,6 +3,7 @@
 #include <farfield/core/result.hpp>
 #include <farfield/gpu/frame_plan.hpp>
 
+#include <cstddef>
 #include <cstdint>
 
 namespace farfield::gpu {
@@ -21,6 +22,28 @@ namespace farfield::gpu {
 /// @return an error that names the pass, the command and the value
 /// @par Cost linear in passes and commands; allocates only for an error
 [[nodiscard]] Result<void> check_structure(const FramePlan& plan);
+
+/// What a backend knows of a page that exists.
+struct PageFacts {
+    std::int32_t size = 0; ///< [texel] width and height
+    bool scratch = false;
+};
+
+/// Checks where one pass draws and copies to: into the frame or a scratch page, the viewport within
+/// it; to a page that is none, within it.
+/// @param frame [px] the target
+/// @param page, copy_page what `Pass::page` and `Pass::copy_page` are; null: they do not exist. Not
+/// looked at where the pass names none
+/// @pre check_structure(plan)
+/// @return an error that names the pass, the page and the region
+/// @par Cost constant; allocates only for an error
+[[nodiscard]] Result<void> check_places(
+    const FramePlan& plan,
+    std::size_t pass,
+    const Region& frame,
+    const PageFacts* page,
+    const PageFacts* copy_page
+);
 
 /// Checks a page that is to be made.
 /// @param largest [texel] and @param most_samples what the backend can do

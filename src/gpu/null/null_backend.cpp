@@ -14,12 +14,10 @@ namespace {
 /// Depths are floats, a technique's comes from another formula than the lens's: relative rounding.
 constexpr double kDepthRounding = 1e-4;
 
-struct NullPage {
+struct NullPage : gpu::PageFacts {
     std::uint32_t cache = 0;
     PageId id = kNone<PageId>;
-    std::int32_t size = 0;
     std::int32_t samples = 1;
-    bool scratch = false;
     std::vector<Region> images; ///< copied as a whole, disjoint, ordered by y, then x
 };
 
@@ -253,37 +251,15 @@ Result<void> NullBackend::Impl::check_images(
 Result<void>
 NullBackend::Impl::check_pass(const FramePlan& plan, std::size_t index, const NullTarget& frame) {
     const Pass& pass = plan.passes[index];
-    const auto refused = [&](const std::string& what) {
-        return invalid("pass " + std::to_string(index) + ": " + what);
-    };
-    Region whole{0, 0, frame.width, frame.height};
-    if (pass.page != kNone<PageId>) {
-        const NullPage* page = find(plan.cache, pass.page);
-        if (page == nullptr || !page->scratch) {
-            return refused(
-                "draws into " + page_name(pass.page) +
-                (page == nullptr ? ", which does not exist" : ", which is no scratch page")
-            );
-        }
-        whole = {0, 0, page->size, page->size};
-    }
-    if (!contains(whole, pass.viewport)) {
-        return refused("viewport of " + text(pass.viewport) + " outside of " + text(whole));
-    }
-    if (pass.copy_page != kNone<PageId>) {
-        const NullPage* page = find(plan.cache, pass.copy_page);
-        if (page == nullptr || page->scratch) {
-            return refused(
-                "copies to " + page_name(pass.copy_page) +
-                (page == nullptr ? ", which does not exist" : ", a scratch page")
-            );
-        }
-        if (!contains(Region{0, 0, page->size, page->size}, pass.copy)) {
-            return refused(
-                "copies to " + text(pass.copy) + " of " + page_name(pass.copy_page) + " of " +
-                std::to_string(page->size) + " texels a side"
-            );
-        }
+    if (Result<void> valid = gpu::check_places(
+            plan,
+            index,
+            {0, 0, frame.width, frame.height},
+            find(plan.cache, pass.page),
+            find(plan.cache, pass.copy_page)
+        );
+        !valid) {
+        return valid;
     }
     for (std::uint32_t i = 0; i < pass.command_count; ++i) {
         const std::uint32_t command = pass.first_command + i;
