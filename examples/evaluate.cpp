@@ -16,8 +16,6 @@
 
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <string>
@@ -180,59 +178,25 @@ std::vector<int> levels_of(const Hierarchy& hierarchy) {
     return levels;
 }
 
-/// A text as a cell of a table.
-std::string quoted(const std::string& text) {
-    std::string result = "\"";
-    for (const char letter : text) {
-        result += letter;
-        if (letter == '"') {
-            result += letter;
-        }
-    }
-    return result + "\",";
-}
-
-/// The nodes that were furthest beyond their promise, as lines of a table.
-void add_overshoots(
-    const run::World& world,
-    const EvaluatedRun& run,
-    const DisparitySummary& disparity,
-    std::string& table
-) {
+/// The nodes that were furthest beyond their promise, and what they are.
+std::vector<ReportOvershoot>
+overshoots_of(const run::World& world, const DisparitySummary& disparity) {
     const std::vector<int> levels = levels_of(world.hierarchy);
+    std::vector<ReportOvershoot> overshoots;
+    overshoots.reserve(disparity.worst.size());
     for (const NodeOvershoot& worst : disparity.worst) {
         const HierarchyNode& node = world.hierarchy.nodes[worst.node];
         const Box3f box = bounds(node);
         const glm::vec3 eye = local_point(world.view(worst.frame).eye, world.hierarchy.origin);
-        char line[256];
-        std::snprintf(
-            line,
-            sizeof line,
-            "%u,%d,%s,%.2f,%.2f,%d,%.3f,%.3f,%llu\n",
-            worst.node,
-            levels[worst.node],
-            is_leaf(node) ? "leaf" : "interior",
-            static_cast<double>(glm::length(extent(box))),
-            static_cast<double>(distance(box, eye)),
-            worst.frame,
-            worst.disparity_px,
-            worst.promise_px,
-            static_cast<unsigned long long>(worst.pixels)
+        overshoots.push_back(
+            {worst,
+             levels[worst.node],
+             is_leaf(node),
+             static_cast<double>(glm::length(extent(box))),
+             static_cast<double>(distance(box, eye))}
         );
-        table += quoted(run.walk);
-        table += quoted(run.name);
-        table += line;
     }
-}
-
-Result<void> save_text(const std::filesystem::path& file, const std::string& text) {
-    std::ofstream stream(file, std::ios::binary | std::ios::trunc);
-    stream << text;
-    stream.close();
-    if (!stream) {
-        return fail(ErrorCode::device, file.string() + " cannot be written");
-    }
-    return {};
+    return overshoots;
 }
 
 /// What is in one walk, in the order in which it goes.
@@ -287,12 +251,7 @@ Result<Prepared> prepare(
     return prepared;
 }
 
-Result<void> run_walk(
-    const run::ComparedWalk& walk,
-    bool whole_pictures,
-    Evaluation& evaluation,
-    std::string& overshoots
-) {
+Result<void> run_walk(const run::ComparedWalk& walk, bool whole_pictures, Evaluation& evaluation) {
     const auto world = run::load_world(walk.world);
     if (!world) {
         return tl::unexpected(world.error());
@@ -389,7 +348,7 @@ Result<void> run_walk(
         }
         print_run(run);
         if (const auto& disparity = result->contenders[i].disparity) {
-            add_overshoots(*world, run, *disparity, overshoots);
+            run.overshoots = overshoots_of(*world, *disparity);
         }
         evaluation.runs.push_back(std::move(run));
     }
@@ -433,24 +392,17 @@ Result<void> run_all(const Options& options) {
     }
 
     const auto begin = std::chrono::steady_clock::now();
-    std::string overshoots =
-        "walk,run,node,level,kind,diagonal_m,distance_m,frame,disparity_px,promise_px,pixels\n";
     bool any = false;
     for (const run::ComparedWalk& walk : plan->walks) {
         if (!options.only.empty() && walk.name != options.only) {
             continue;
         }
         any = true;
-        if (Result<void> done = run_walk(walk, options.whole_pictures, evaluation, overshoots);
-            !done) {
+        if (Result<void> done = run_walk(walk, options.whole_pictures, evaluation); !done) {
             return fail(done.error().code, walk.name + ": " + done.error().message);
         }
         // After each walk, so that a run cut short leaves what it has.
         if (Result<void> written = eval::write_report(evaluation, options.out); !written) {
-            return written;
-        }
-        const auto file = std::filesystem::path(options.out) / "overshoots.csv";
-        if (Result<void> written = save_text(file, overshoots); !written) {
             return written;
         }
     }

@@ -624,6 +624,10 @@ Result<void> write_report(const Evaluation& evaluation, const std::filesystem::p
     if (auto written = detail::write_text(folder / "results.csv", table); !written) {
         return written;
     }
+    const std::string overshoots = detail::overshoots_csv(evaluation);
+    if (auto written = detail::write_text(folder / "overshoots.csv", overshoots); !written) {
+        return written;
+    }
     return detail::write_text(folder / "report.html", page(evaluation, parts, across));
 }
 

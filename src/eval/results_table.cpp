@@ -53,13 +53,21 @@ std::string quoted(const std::string& text) {
     return result + "\"";
 }
 
+/// A figure as a cell; what JSON cannot hold is empty.
+std::string figure_text(const ordered_json& figure) {
+    if (figure.is_string()) {
+        return quoted(figure.get<std::string>());
+    }
+    const std::string text = figure.dump();
+    return text == "null" ? std::string() : text;
+}
+
 std::string cell(const ordered_json& report, const Leaf& leaf) {
     const ordered_json& group = leaf.group.empty() ? report : report[leaf.group];
     if (group.is_null() || group[leaf.key].is_null()) {
         return {};
     }
-    const ordered_json& figure = group[leaf.key];
-    return figure.is_string() ? quoted(figure.get<std::string>()) : figure.dump();
+    return figure_text(group[leaf.key]);
 }
 
 } // namespace
@@ -78,6 +86,31 @@ std::string results_csv(const Evaluation& evaluation) {
             text += "," + cell(report, leaf);
         }
         text += "\n";
+    }
+    return text;
+}
+
+std::string overshoots_csv(const Evaluation& evaluation) {
+    std::string text =
+        "walk,run,node,level,kind,diagonal_m,distance_m,frame,disparity_px,promise_px,pixels\n";
+    for (const EvaluatedRun& run : evaluation.runs) {
+        for (const ReportOvershoot& overshoot : run.overshoots) {
+            const NodeOvershoot& worst = overshoot.worst;
+            text += quoted(valid_utf8(run.walk)) + "," + quoted(valid_utf8(run.name));
+            for (const ordered_json& value :
+                 {ordered_json(worst.node),
+                  ordered_json(overshoot.level),
+                  ordered_json(overshoot.leaf ? "leaf" : "interior"),
+                  ordered_json(overshoot.diagonal_m),
+                  ordered_json(overshoot.distance_m),
+                  ordered_json(worst.frame),
+                  ordered_json(worst.disparity_px),
+                  ordered_json(worst.promise_px),
+                  ordered_json(worst.pixels)}) {
+                text += "," + figure_text(value);
+            }
+            text += "\n";
+        }
     }
     return text;
 }

@@ -10,4 +10,7 @@ namespace farfield::eval::detail {
 /// of the JSON of a run, in its order.
 [[nodiscard]] std::string results_csv(const Evaluation& evaluation);
 
+/// One line a node that was beyond its promise.
+[[nodiscard]] std::string overshoots_csv(const Evaluation& evaluation);
+
 } // namespace farfield::eval::detail

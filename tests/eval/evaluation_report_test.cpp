@@ -416,6 +416,50 @@ TEST_CASE("the table has a column for every leaf of a run's JSON", "[evaluation_
     }
 }
 
+TEST_CASE("nodes beyond their promise have a table of their own", "[evaluation_report]") {
+    const Folder folder;
+    Evaluation evaluation;
+    EvaluatedRun& run = evaluation.runs.emplace_back();
+    run.walk = "hills, \"steep\"";
+    run.name = std::string(300, 'n');
+    run.overshoots = {
+        {{.node = 7, .frame = 3, .disparity_px = 9.5, .promise_px = 8.75, .pixels = 12},
+         14,
+         true,
+         36.5,
+         211.25},
+        {{.node = 8, .frame = 4, .disparity_px = kInfinity, .promise_px = 2.5, .pixels = 1},
+         2,
+         false,
+         0.5,
+         0.0}};
+    write(evaluation, folder);
+    const auto rows = parse_csv(folder.text("overshoots.csv"));
+    REQUIRE(rows.size() == 3);
+    using Row = std::vector<std::string>;
+    CHECK(
+        rows[0] == Row{"walk",
+                       "run",
+                       "node",
+                       "level",
+                       "kind",
+                       "diagonal_m",
+                       "distance_m",
+                       "frame",
+                       "disparity_px",
+                       "promise_px",
+                       "pixels"}
+    );
+    CHECK(
+        rows[1] ==
+        Row{run.walk, run.name, "7", "14", "leaf", "36.5", "211.25", "3", "9.5", "8.75", "12"}
+    );
+    // As in the other table, what JSON has no number for is an empty cell.
+    CHECK(
+        rows[2] == Row{run.walk, run.name, "8", "2", "interior", "0.5", "0.0", "4", "", "2.5", "1"}
+    );
+}
+
 TEST_CASE("an evaluation without runs is a page that says so", "[evaluation_report]") {
     Folder folder;
     const auto page = write({}, folder);

@@ -389,6 +389,32 @@ TEST_CASE("contenders take turns, another one first on each frame", "[walk]") {
     }
 }
 
+TEST_CASE("plain geometry is drawn beside what is divided by it", "[walk]") {
+    Stage stage;
+    for (const char* name : {"a", "b", "c"}) {
+        stage.contend(name, Stage::plain(kGrey));
+    }
+    stage.reference = &stage.backend("reference", Stage::plain(kGrey));
+    PaintedBackend& own = stage.backend("own", Stage::plain(kGrey));
+    stage.contenders[1].reference = &own;
+    stage.contenders[2].reference = &own;
+    const WalkOptions options{.frames = 2, .reference_every = 1};
+    REQUIRE(stage.walk(options));
+    std::string executed;
+    for (const Event& event : stage.events) {
+        executed += event.kind == Event::Kind::executed ? event.who + " " : "";
+    }
+    std::string expected;
+    for (const char* who : {"reference ", "own "}) {
+        for (std::size_t i = 0; i < trials(options); ++i) {
+            expected += who;
+        }
+    }
+    expected += "reference a own b c "; // b is the first on frame 1
+    expected += "reference own b c a ";
+    CHECK(executed == expected);
+}
+
 TEST_CASE("each plan is executed once and in order, and once more for positions", "[walk]") {
     Stage stage;
     stage.contend("a", Stage::plain(kGrey)).positions =

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <farfield/core/result.hpp>
+#include <farfield/eval/disparity_series.hpp>
 #include <farfield/eval/run_report.hpp>
 
 #include <cstdint>
@@ -17,6 +18,15 @@ struct ReportPicture {
     std::vector<std::uint8_t> png;
 };
 
+/// A node whose image was further off than promised, and what it is.
+struct ReportOvershoot {
+    NodeOvershoot worst;
+    int level = 0; ///< below the root
+    bool leaf = false;
+    double diagonal_m = 0.0; ///< [m] of its box
+    double distance_m = 0.0; ///< [m] of the eye from its box in the frame
+};
+
 /// One run of an evaluation.
 struct EvaluatedRun {
     std::string walk; ///< runs of one walk are compared with each other; they take the same frames
@@ -25,7 +35,8 @@ struct EvaluatedRun {
     std::vector<double> frame_ms; ///< [ms] of every frame; empty: not kept
     /// [px] of every frame, none where a frame showed no image; empty: not measured.
     std::vector<std::optional<double>> disparity_p99_px;
-    int worst_frame = -1; ///< that the pictures show; -1: none
+    std::vector<ReportOvershoot> overshoots; ///< the worst nodes; empty: none, or not measured
+    int worst_frame = -1;                    ///< that the pictures show; -1: none
     /// Of the worst frame, side by side: picture, reference, truth, heat map.
     std::vector<ReportPicture> pictures;
 };
@@ -44,6 +55,10 @@ namespace eval {
 ///
 /// - `results.csv`: one line a run. Columns are walk, name, and every leaf of the JSON of a run as
 ///   `group.key`; what is null there is an empty cell.
+/// - `overshoots.csv`: one line a node of a run that was beyond its promise, in the frame in which
+/// it
+///   was so most. Columns are walk, run, node, level, kind, diagonal_m, distance_m, frame,
+///   disparity_px, promise_px and pixels.
 /// - `report.html`: one page without scripts or other files, for screens of every size and for
 ///   paper. For each walk a table of its runs, the fastest first, which of them are dominated,
 ///   plots, and the worst frames. What was not measured is a dash, never zero.
