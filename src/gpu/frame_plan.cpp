@@ -82,6 +82,7 @@ std::uint64_t digest(const FramePlan& plan) noexcept {
         digest.add(update.size);
         digest.add(update.scratch);
         digest.add(update.samples);
+        digest.add(update.depth);
     }
     digest.add(std::uint64_t{plan.passes.size()});
     for (const Pass& pass : plan.passes) {
@@ -94,6 +95,8 @@ std::uint64_t digest(const FramePlan& plan) noexcept {
         digest.add(pass.batch);
         digest.add(pass.copy_page);
         digest.add(pass.copy);
+        digest.add(pass.copy_near);
+        digest.add(pass.copy_far);
         digest.add(pass.node);
     }
     digest.add(std::uint64_t{plan.commands.size()});
@@ -104,6 +107,7 @@ std::uint64_t digest(const FramePlan& plan) noexcept {
         digest.add(command.first_piece);
         digest.add(command.piece_count);
         digest.add(command.clip);
+        digest.add(command.depth);
     }
     digest.add(std::uint64_t{plan.items.size()});
     for (const ItemId item : plan.items) {
@@ -123,6 +127,9 @@ std::uint64_t digest(const FramePlan& plan) noexcept {
         digest.add(quad.edge_u);
         digest.add(quad.edge_v);
         digest.add(quad.depth);
+        digest.add(quad.viewpoint);
+        digest.add(quad.near_ratio);
+        digest.add(quad.far_ratio);
         digest.add(quad.node);
     }
     digest.add(std::uint64_t{plan.clips.size()});

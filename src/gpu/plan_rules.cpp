@@ -56,8 +56,12 @@ Result<void> check_command(const FramePlan& plan, std::size_t pass, std::uint32_
     const auto refused = [&](const std::string& what) {
         return invalid(pass_name(pass) + ", command " + std::to_string(index) + ": " + what);
     };
+    if (command.kind == Command::Kind::image_depths || command.depth != QuadDepth::none) {
+        return refused("no backend keeps depths of images");
+    }
     switch (command.kind) {
     case Command::Kind::images:
+    case Command::Kind::image_depths:
         if (!in_range(command.first, command.count, plan.quads.size())) {
             return out_of_range(
                 pass, index, "quads", command.first, command.count, plan.quads.size()

@@ -22,6 +22,14 @@ struct PageUpdate {
     std::int32_t size = 0;    ///< [texel] width and height
     bool scratch = false;     ///< images are rendered in it, with depth, then copied to their page
     std::int32_t samples = 1; ///< of a scratch page; copying resolves them
+    bool depth = false;       ///< of a page of images: it keeps 16 bits of depth beside each texel
+};
+
+/// How images stand in depth among what else is drawn.
+enum class QuadDepth : std::uint8_t {
+    none,  ///< the whole quad tests at `ImageQuad::depth`; depth is never written
+    plane, ///< tests at the plane of the quad
+    texel, ///< every texel tests at the depth that its page keeps of it
 };
 
 /// One image on a quadrilateral in space. The mapping is affine: corner `origin` shows the lower
@@ -37,6 +45,12 @@ struct ImageQuad {
     /// near distance. It is the nearest depth of what the image shows, so a surface drawn before
     /// hides the image only where it stands before all of it.
     float depth = 0.0F;
+    /// Eye that made the image, relative to `FramePlan::origin`. A texel that keeps the depth t in
+    /// [0, 1] stands at `viewpoint + (q - viewpoint) * mix(near_ratio, far_ratio, t)`, where q is
+    /// its place on the quad.
+    glm::vec3 viewpoint{0.0F};
+    float near_ratio = 1.0F; ///< distances along the normal of the image, over that of its plane
+    float far_ratio = 1.0F;
     /// Node of the hierarchy that the image is of: for those who measure and report.
     std::uint32_t node = UINT32_MAX;
 };
@@ -47,6 +61,9 @@ struct Command {
         geometry, ///< items and pieces, depth tested and written
         mask,     ///< the same into depth alone: hides what is drawn later, shows nothing
         images,   ///< quads, blended (premultiplied over), bilinear, depth tested, not written
+        /// Quads into depth alone, where the alpha of their texel is at least 0.5: so that what is
+        /// drawn later can stand among them. Not with `QuadDepth::none`.
+        image_depths,
     };
     static constexpr std::uint32_t kNoClip = UINT32_MAX;
 
@@ -55,7 +72,8 @@ struct Command {
     std::uint32_t count = 0;
     std::uint32_t first_piece = 0; ///< into `pieces`; geometry and mask only
     std::uint32_t piece_count = 0;
-    std::uint32_t clip = kNoClip; ///< into `clips`: draw only what is inside that box
+    std::uint32_t clip = kNoClip;      ///< into `clips`: draw only what is inside that box
+    QuadDepth depth = QuadDepth::none; ///< of images and image depths
 };
 
 /// Commands into one target through one view.
@@ -71,7 +89,12 @@ struct Pass {
     std::uint32_t batch = 0;
     PageId copy_page = kNone<PageId>; ///< where the `copy_size` texels at `scissor` go, or none
     Region copy;                      ///< [texel] of `copy_page`; the size is that of `scissor`
-    std::uint32_t node = UINT32_MAX;  ///< of which an image is made, as `ImageQuad::node`
+    /// Distances along the view direction that the depths 0 and 1 of the copied texels stand for,
+    /// where their page keeps depth; nearer is 0, farther is 1, and so is where nothing was drawn.
+    /// 0 <= copy_near < copy_far then. [m]
+    float copy_near = 0.0F;
+    float copy_far = 0.0F;
+    std::uint32_t node = UINT32_MAX; ///< of which an image is made, as `ImageQuad::node`
 };
 
 /// All that one frame needs, as plain data: executed, recorded, printed, compared, or handed to an

@@ -49,6 +49,22 @@ struct HierarchyNode {
     Plane plane;      ///< interior: separates child 0 (behind it) from child 1 (in front of it)
     Box3f items_box;  ///< around the whole items of the subtree; empty when there are none
     Box3f pieces_box; ///< around the pieces of the subtree; empty when there are none
+    std::uint32_t first_guest = 0;      ///< into `Hierarchy::guests`
+    std::uint32_t guest_count = 0;      ///< of the whole subtree
+    std::uint64_t guest_primitives = 0; ///< primitives of the guests
+    /// Another number than before: something under the node looks different. `mark_changed` and
+    /// `update_bounds` count it up along the way to the root.
+    std::uint32_t content_version = 0;
+    /// False: a step inside a wider branching, such as the halves and quarters between a box and
+    /// its eight children; images are made of the others only.
+    bool image_level = true;
+};
+
+/// An item that has left its place: every technique draws it as geometry, in every frame.
+struct MovingItem {
+    ItemId item = kNone<ItemId>;
+    Box3f box;                    ///< where it is now, relative to the origin
+    std::uint64_t primitives = 0; ///< triangles it costs to draw
 };
 
 /// Binary space partition of objects: flat arrays, plain data. Every float is relative to `origin`.
@@ -71,9 +87,24 @@ struct Hierarchy {
     /// part of a piece can be picked without its geometry. Empty: pieces are drawn whole.
     std::vector<Box3f> block_boxes;
     static constexpr std::uint32_t kBlockPrimitives = 16;
+    /// Runs of `primitives` that lie in other leaves and reach into this one, leaf by leaf. Only
+    /// partitions that clip have them.
+    std::vector<Piece> guests;
+    /// How the surfaces of leaves are kept apart where images are shown. False: each primitive is
+    /// drawn whole, with its leaf. True: with every leaf it reaches into, as a piece or as a guest,
+    /// clipped to the `pieces_box` of the leaf, which is then part of its cell. Where nothing is
+    /// replaced by images, pieces alone draw everything once.
+    bool clip_leaves = false;
     /// How far split surfaces reach beyond their cell in images, to hide cracks: a fraction of the
     /// cell's extent, half on each side. [0, 1]
     float inflation = 0.0F;
+    /// Box and cost of every whole item, by its place in `items`. Without them items cannot move.
+    std::vector<Box3f> item_boxes;
+    std::vector<std::uint64_t> item_primitives;
+    /// Items that have left their places, where `items` has `kNone<ItemId>` since.
+    std::vector<MovingItem> moving;
+    /// Another number than before: some split surface looks different.
+    std::uint32_t surface_version = 0;
 
     /// What the builder achieved.
     struct Quality {
