@@ -5,6 +5,7 @@
 // then parts all lists by a stable pass, which keeps them sorted; no list is sorted twice.
 #include "partition/checks.hpp"
 #include "partition/gap.hpp"
+#include "partition/item_tables.hpp"
 #include <farfield/partition/bsp.hpp>
 
 #include <glm/geometric.hpp>
@@ -163,6 +164,7 @@ class BspBuilder {
         sort_lists();
         grow();
         sum_up();
+        detail::fill_item_tables(hierarchy_, objects_);
         return std::move(hierarchy_);
     }
 

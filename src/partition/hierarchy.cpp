@@ -390,7 +390,12 @@ std::uint64_t memory_bytes(const Hierarchy& hierarchy) noexcept {
            hierarchy.items.capacity() * sizeof(ItemId) +
            hierarchy.pieces.capacity() * sizeof(Piece) +
            hierarchy.primitives.capacity() * sizeof(std::uint32_t) +
-           hierarchy.block_boxes.capacity() * sizeof(Box3f);
+           hierarchy.block_boxes.capacity() * sizeof(Box3f) +
+           hierarchy.guests.capacity() * sizeof(Piece) +
+           hierarchy.item_boxes.capacity() * sizeof(Box3f) +
+           hierarchy.item_primitives.capacity() * sizeof(std::uint64_t) +
+           hierarchy.item_places.capacity() * sizeof(std::uint32_t) +
+           hierarchy.moving.capacity() * sizeof(MovingItem);
 }
 
 Result<void> validate(const Hierarchy& hierarchy) {

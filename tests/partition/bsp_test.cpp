@@ -30,6 +30,7 @@ Hierarchy built(
     REQUIRE(tree.has_value());
     support::require_valid(*tree);
     support::require_items_in_place(*tree, objects);
+    support::require_item_tables(*tree, objects);
     support::require_pieces_in_place(*tree, objects, primitive_bounds);
     REQUIRE(tree->quality.depth <= options.max_depth);
     REQUIRE(tree->inflation == options.inflation);

@@ -54,9 +54,17 @@ TEST_CASE("memory_bytes counts what the arrays hold", "[hierarchy]") {
     tree.pieces.resize(7);
     tree.primitives.resize(11);
     tree.block_boxes.resize(13);
+    tree.guests.resize(17);
+    tree.item_boxes.resize(19);
+    tree.item_primitives.resize(23);
+    tree.item_places.resize(29);
+    tree.moving.resize(31);
     CHECK(
         memory_bytes(tree) >= 3 * sizeof(HierarchyNode) + 5 * sizeof(ItemId) + 7 * sizeof(Piece) +
-                                  11 * sizeof(std::uint32_t) + 13 * sizeof(Box3f)
+                                  11 * sizeof(std::uint32_t) + 13 * sizeof(Box3f) +
+                                  17 * sizeof(Piece) + 19 * sizeof(Box3f) +
+                                  23 * sizeof(std::uint64_t) + 29 * sizeof(std::uint32_t) +
+                                  31 * sizeof(MovingItem)
     );
     const std::uint64_t before = memory_bytes(tree);
     tree.primitives.reserve(tree.primitives.capacity() + 100);

@@ -57,6 +57,24 @@ inline Reach reach_of(const Plane& plane, const Box3d& box, const glm::dvec3& or
     return reach;
 }
 
+/// Every whole object has its box and its cost beside its place, and the way from item to place
+/// leads there.
+inline void require_item_tables(const Hierarchy& tree, std::span<const Object> objects) {
+    REQUIRE(tree.item_boxes.size() == tree.items.size());
+    REQUIRE(tree.item_primitives.size() == tree.items.size());
+    REQUIRE(tree.item_places.size() == objects.size());
+    for (std::size_t place = 0; place < tree.items.size(); ++place) {
+        CAPTURE(place);
+        const std::size_t item = index_of(tree.items[place]);
+        REQUIRE(tree.item_places[item] == place);
+        REQUIRE(tree.item_boxes[place] == local_box(objects[item].bounds, tree.origin));
+        REQUIRE(tree.item_primitives[place] == objects[item].primitives);
+    }
+    for (std::size_t item = 0; item < objects.size(); ++item) {
+        REQUIRE((tree.item_places[item] == Hierarchy::kNoPlace) == objects[item].splittable);
+    }
+}
+
 /// Every object in exactly one place, its box held by all nodes above it; each whole item on its
 /// side of every plane above it, exactly, or counted as cut. Says for each object whether it is
 /// cut.

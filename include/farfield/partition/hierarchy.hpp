@@ -101,6 +101,10 @@ struct Hierarchy {
     /// Box and cost of every whole item, by its place in `items`. Without them items cannot move.
     std::vector<Box3f> item_boxes;
     std::vector<std::uint64_t> item_primitives;
+    /// Where each item is, by `ItemId`: its place in `items`, or the size of `items` and its number
+    /// in `moving`, or `kNoPlace` for what is no whole item. Comes with `item_boxes`.
+    std::vector<std::uint32_t> item_places;
+    static constexpr std::uint32_t kNoPlace = UINT32_MAX;
     /// Items that have left their places, where `items` has `kNone<ItemId>` since.
     std::vector<MovingItem> moving;
     /// Another number than before: some split surface looks different.
