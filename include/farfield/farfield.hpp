@@ -35,6 +35,7 @@
 #include <farfield/metric/sprite_angle.hpp>
 #include <farfield/metric/star_shape.hpp>
 #include <farfield/partition/bsp.hpp>
+#include <farfield/partition/changes.hpp>
 #include <farfield/partition/hierarchy.hpp>
 #include <farfield/policy/amortization.hpp>
 #include <farfield/policy/cost_model.hpp>

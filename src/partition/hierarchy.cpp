@@ -36,13 +36,17 @@ bool fits_count(const Box3f& box, std::uint32_t count) {
     return count == 0 ? is_empty(box) : !is_empty(box) && is_finite(box);
 }
 
-Result<void> check_boxes(const Hierarchy& hierarchy, std::size_t index) {
+/// @param holes how many places of `items` are empty before each place, and before the end
+Result<void> check_boxes(
+    const Hierarchy& hierarchy, std::size_t index, const std::vector<std::uint32_t>& holes
+) {
     const HierarchyNode& node = hierarchy.nodes[index];
-    if (!fits_count(node.items_box, node.item_count)) {
+    const std::uint32_t empty = holes[node.first_item + node.item_count] - holes[node.first_item];
+    if (!fits_count(node.items_box, node.item_count - empty)) {
         return fail(
             ErrorCode::bad_data,
             node_name(index) + "items_box does not fit item_count " +
-                std::to_string(node.item_count)
+                std::to_string(node.item_count) + " less " + std::to_string(empty) + " holes"
         );
     }
     if (!fits_count(node.pieces_box, node.piece_count)) {
@@ -67,6 +71,24 @@ Result<void> check_leaf(const Hierarchy& hierarchy, std::size_t index) {
     }
     if (node.item_count == 0 && node.item_primitives != 0) {
         return wrong(index, "item_primitives", node.item_primitives, 0);
+    }
+    if (hierarchy.item_boxes.empty()) {
+        return {};
+    }
+    std::uint64_t item_primitives = 0;
+    for (std::uint32_t place = node.first_item; place < node.first_item + node.item_count;
+         ++place) {
+        item_primitives += hierarchy.item_primitives[place];
+        if (!holds(node.items_box, hierarchy.item_boxes[place])) {
+            return fail(
+                ErrorCode::bad_data,
+                node_name(index) + "items_box does not hold item_boxes[" + std::to_string(place) +
+                    "]"
+            );
+        }
+    }
+    if (node.item_primitives != item_primitives) {
+        return wrong(index, "item_primitives", node.item_primitives, item_primitives);
     }
     return {};
 }
@@ -190,9 +212,103 @@ Result<void> check_root(const Hierarchy& hierarchy) {
     return {};
 }
 
+/// Box, cost and place of every whole item, for those at rest and those that move.
+Result<void> check_item_tables(const Hierarchy& hierarchy) {
+    const std::size_t places = hierarchy.items.size();
+    const auto bad = [](const std::string& what) {
+        return fail(ErrorCode::bad_data, "hierarchy: " + what);
+    };
+    if (hierarchy.item_boxes.empty() && hierarchy.item_primitives.empty() &&
+        hierarchy.item_places.empty()) {
+        if (!hierarchy.moving.empty()) {
+            return bad(
+                "moving has " + std::to_string(hierarchy.moving.size()) +
+                " entries, expected none without item_boxes"
+            );
+        }
+        const auto hole = std::find(hierarchy.items.begin(), hierarchy.items.end(), kNone<ItemId>);
+        return hole == hierarchy.items.end()
+                   ? Result<void>()
+                   : bad("items[" + std::to_string(hole - hierarchy.items.begin()) +
+                         "] is none, expected an item without item_boxes");
+    }
+    for (const auto& [name, size] :
+         {std::pair{"item_boxes", hierarchy.item_boxes.size()},
+          std::pair{"item_primitives", hierarchy.item_primitives.size()}}) {
+        if (size != places) {
+            return bad(
+                std::string(name) + " has " + std::to_string(size) + " entries, expected " +
+                std::to_string(places)
+            );
+        }
+    }
+    const auto is_at = [&](ItemId item, std::size_t place) {
+        return index_of(item) < hierarchy.item_places.size() &&
+               hierarchy.item_places[index_of(item)] == place;
+    };
+    std::size_t found = hierarchy.moving.size();
+    for (std::size_t place = 0; place < places; ++place) {
+        const ItemId item = hierarchy.items[place];
+        const Box3f& box = hierarchy.item_boxes[place];
+        const std::string number = std::to_string(place);
+        if (item == kNone<ItemId>) {
+            if (!is_empty(box) || hierarchy.item_primitives[place] != 0) {
+                return bad(
+                    "items[" + number + "] is none, expected an empty box and no primitives there"
+                );
+            }
+            continue;
+        }
+        ++found;
+        if (is_empty(box) || !is_finite(box)) {
+            return bad("item_boxes[" + number + "] is empty or not finite");
+        }
+        if (!is_at(item, place)) {
+            return bad(
+                "items[" + number + "] is item " + std::to_string(index_of(item)) +
+                ", which item_places has elsewhere"
+            );
+        }
+    }
+    for (std::size_t index = 0; index < hierarchy.moving.size(); ++index) {
+        const MovingItem& moving = hierarchy.moving[index];
+        const std::string name = "moving[" + std::to_string(index) + "]: ";
+        if (!is_at(moving.item, places + index)) {
+            return bad(
+                name + "is item " + std::to_string(index_of(moving.item)) +
+                ", which item_places has elsewhere"
+            );
+        }
+        if (!is_empty(moving.box) && !is_finite(moving.box)) {
+            return bad(name + "box is not finite");
+        }
+        if (moving.home >= places) {
+            return bad(
+                name + "home is " + std::to_string(moving.home) + ", there are " +
+                std::to_string(places) + " places"
+            );
+        }
+    }
+    const auto none =
+        std::count(hierarchy.item_places.begin(), hierarchy.item_places.end(), Hierarchy::kNoPlace);
+    const std::size_t listed = hierarchy.item_places.size() - static_cast<std::size_t>(none);
+    if (listed != found) {
+        return bad(
+            "item_places has places of " + std::to_string(listed) + " items, expected " +
+            std::to_string(found)
+        );
+    }
+    return {};
+}
+
 /// Links, ranges, boxes, and what `quality` says of the shape.
 Result<void> check_nodes(const Hierarchy& hierarchy) {
     const std::vector<HierarchyNode>& nodes = hierarchy.nodes;
+    std::vector<std::uint32_t> holes{0};
+    holes.reserve(hierarchy.items.size() + 1);
+    for (const ItemId item : hierarchy.items) {
+        holes.push_back(holes.back() + (item == kNone<ItemId> ? 1U : 0U));
+    }
     std::vector<std::uint32_t> depths(nodes.size(), 0);
     std::uint32_t deepest = 0;
     std::uint32_t leaves = 0;
@@ -213,7 +329,7 @@ Result<void> check_nodes(const Hierarchy& hierarchy) {
             depths[index] = depths[parent] + 1;
             deepest = std::max(deepest, depths[index]);
         }
-        if (auto checked = check_boxes(hierarchy, index); !checked) {
+        if (auto checked = check_boxes(hierarchy, index, holes); !checked) {
             return checked;
         }
         auto checked =
@@ -296,10 +412,11 @@ Result<void> check_pieces(const Hierarchy& hierarchy) {
 /// No item twice, whole or split; the primitives of each split item are 0 .. n - 1, once each.
 Result<void> check_membership(const Hierarchy& hierarchy) {
     std::vector<ItemId> whole = hierarchy.items;
-    std::sort(whole.begin(), whole.end());
-    if (!whole.empty() && whole.back() == kNone<ItemId>) {
-        return fail(ErrorCode::bad_data, "hierarchy: items: an item is none");
+    for (const MovingItem& moving : hierarchy.moving) {
+        whole.push_back(moving.item);
     }
+    std::sort(whole.begin(), whole.end());
+    whole.erase(std::lower_bound(whole.begin(), whole.end(), kNone<ItemId>), whole.end());
     if (const auto twice = std::adjacent_find(whole.begin(), whole.end()); twice != whole.end()) {
         return fail(
             ErrorCode::bad_data,
@@ -399,7 +516,8 @@ std::uint64_t memory_bytes(const Hierarchy& hierarchy) noexcept {
 }
 
 Result<void> validate(const Hierarchy& hierarchy) {
-    for (const auto check : {check_root, check_pieces, check_nodes, check_membership}) {
+    for (const auto check :
+         {check_root, check_pieces, check_item_tables, check_nodes, check_membership}) {
         if (auto checked = check(hierarchy); !checked) {
             return checked;
         }

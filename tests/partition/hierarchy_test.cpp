@@ -33,6 +33,13 @@ Hierarchy small_tree() {
     return *tree;
 }
 
+/// As a hierarchy is whose items cannot move.
+void forget_item_tables(Hierarchy& tree) {
+    tree.item_boxes.clear();
+    tree.item_primitives.clear();
+    tree.item_places.clear();
+}
+
 } // namespace
 
 TEST_CASE("a small tree is valid and adds up", "[hierarchy]") {
@@ -121,9 +128,64 @@ TEST_CASE("validate finds every kind of damage", "[hierarchy]") {
          [](Hierarchy& tree) { tree.nodes[1].items_box.lo.x = -9.0F; }},
         {"node 2: a box reaches out",
          [](Hierarchy& tree) { tree.nodes[2].pieces_box.hi.y = 7.0F; }},
-        {"items: item 0 lies in two", [](Hierarchy& tree) { tree.items[1] = tree.items[0]; }},
-        {"an item is none", [](Hierarchy& tree) { tree.items[0] = kNone<ItemId>; }},
-        {"item 1: whole in one leaf", [](Hierarchy& tree) { tree.items[0] = ItemId{1}; }},
+        {"items: item 0 lies in two",
+         [](Hierarchy& tree) {
+             forget_item_tables(tree);
+             tree.items[1] = tree.items[0];
+         }},
+        {"items[0] is none, expected an item without",
+         [](Hierarchy& tree) {
+             forget_item_tables(tree);
+             tree.items[0] = kNone<ItemId>;
+         }},
+        {"item 1: whole in one leaf",
+         [](Hierarchy& tree) {
+             forget_item_tables(tree);
+             tree.items[0] = ItemId{1};
+         }},
+        {"moving has 1 entries, expected none",
+         [](Hierarchy& tree) {
+             forget_item_tables(tree);
+             tree.moving.emplace_back();
+         }},
+        {"items[1] is item 0, which item_places has elsewhere",
+         [](Hierarchy& tree) { tree.items[1] = tree.items[0]; }},
+        {"items[0] is item 7, which item_places has elsewhere",
+         [](Hierarchy& tree) { tree.items[0] = ItemId{7}; }},
+        {"items[0] is none, expected an empty box",
+         [](Hierarchy& tree) { tree.items[0] = kNone<ItemId>; }},
+        {"item_boxes has 1 entries", [](Hierarchy& tree) { tree.item_boxes.pop_back(); }},
+        {"item_primitives has 3 entries",
+         [](Hierarchy& tree) { tree.item_primitives.push_back(1); }},
+        {"item_boxes[1] is empty or", [](Hierarchy& tree) { tree.item_boxes[1] = {}; }},
+        {"item_boxes[1] is empty or", [](Hierarchy& tree) { tree.item_boxes[1].hi.z = INFINITY; }},
+        {"node 2: items_box does not hold item_boxes[1]",
+         [](Hierarchy& tree) { tree.item_boxes[1].hi.z = 1.5F; }},
+        {"node 1: item_primitives is 10, expected 11",
+         [](Hierarchy& tree) { tree.item_primitives[0] = 11; }},
+        {"item_places has places of 3 items, expected 2",
+         [](Hierarchy& tree) { tree.item_places[1] = 0; }},
+        {"moving[0]: is item 0, which item_places has elsewhere",
+         [](Hierarchy& tree) {
+             tree.moving.push_back({ItemId{0}, {}, 1, 0, {}});
+         }},
+        {"moving[0]: is item 4294967295, which",
+         [](Hierarchy& tree) { tree.moving.emplace_back(); }},
+        {"moving[0]: home is 2",
+         [](Hierarchy& tree) {
+             tree.item_places[1] = 2;
+             tree.moving.push_back({ItemId{1}, {}, 1, 2, {}});
+         }},
+        {"moving[0]: box is not finite",
+         [](Hierarchy& tree) {
+             tree.item_places[1] = 2;
+             tree.moving.push_back({ItemId{1}, {{0, 0, 0}, {0, INFINITY, 0}}, 1, 0, {}});
+         }},
+        {"item 1: whole in one leaf",
+         [](Hierarchy& tree) {
+             tree.item_places[1] = 2;
+             tree.moving.push_back({ItemId{1}, {}, 1, 0, {}});
+         }},
         {"piece 1: item is none", [](Hierarchy& tree) { tree.pieces[1].item = kNone<ItemId>; }},
         {"piece 1: first is 1", [](Hierarchy& tree) { tree.pieces[1].first = 1; }},
         {"piece 1: count is 3", [](Hierarchy& tree) { tree.pieces[1].count = 3; }},
@@ -154,6 +216,12 @@ TEST_CASE("validate finds every kind of damage", "[hierarchy]") {
 TEST_CASE("validate takes a tree without block boxes", "[hierarchy]") {
     Hierarchy tree = small_tree();
     tree.block_boxes.clear();
+    support::require_valid(tree);
+}
+
+TEST_CASE("validate takes a tree whose items cannot move", "[hierarchy]") {
+    Hierarchy tree = small_tree();
+    forget_item_tables(tree);
     support::require_valid(tree);
 }
 

@@ -52,8 +52,8 @@ struct HierarchyNode {
     std::uint32_t first_guest = 0;      ///< into `Hierarchy::guests`
     std::uint32_t guest_count = 0;      ///< of the whole subtree
     std::uint64_t guest_primitives = 0; ///< primitives of the guests
-    /// Another number than before: something under the node looks different. `mark_changed` and
-    /// `update_bounds` count it up along the way to the root.
+    /// Another number than before: something under the node looks different. What follows a
+    /// changing world (partition/changes.hpp) counts it up along the way to the root.
     std::uint32_t content_version = 0;
     /// False: a step inside a wider branching, such as the halves and quarters between a box and
     /// its eight children; images are made of the others only.
@@ -63,8 +63,10 @@ struct HierarchyNode {
 /// An item that has left its place: every technique draws it as geometry, in every frame.
 struct MovingItem {
     ItemId item = kNone<ItemId>;
-    Box3f box;                    ///< where it is now, relative to the origin
+    Box3f box;                    ///< where it is now, relative to the origin; empty: hidden
     std::uint64_t primitives = 0; ///< triangles it costs to draw
+    std::uint32_t home = 0;       ///< the place in `Hierarchy::items` that it left
+    Box3f home_box;               ///< where it was there
 };
 
 /// Binary space partition of objects: flat arrays, plain data. Every float is relative to `origin`.
@@ -124,7 +126,7 @@ struct Hierarchy {
     return node.first_child == 0;
 }
 
-/// Box around everything under a node. May be empty at the root of an empty hierarchy only.
+/// Box around everything under a node. Empty only where nothing was, or all items have left.
 [[nodiscard]] inline Box3f bounds(const HierarchyNode& node) noexcept {
     return unite(node.items_box, node.pieces_box);
 }
@@ -146,7 +148,8 @@ struct Hierarchy {
 /// Checks all that a technique relies on: child and parent links, children after parents,
 /// depth-first ranges that nest, counts that add up, unit normals, boxes that hold those of the
 /// children and are empty exactly without contents, a finite box for every block where there are
-/// any, no item in two places, the primitives of each
+/// any, no item in two places, boxes, costs and places of items that fit each other and their
+/// leaves, `moving` included, and holes only where items can move, the primitives of each
 /// split item 0 to n - 1 in exactly one leaf each, and `quality` but for `cut_items`, which the
 /// tree alone does not tell. For hierarchies that did not come from one of our builders, and for
 /// tests.
