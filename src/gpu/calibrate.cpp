@@ -159,6 +159,7 @@ class Calibration {
     [[nodiscard]] double covered_share() const;
     void measure_pixels(CostModel& model);
     void measure_geometry(CostModel& model);
+    [[nodiscard]] std::vector<ItemId> items_at_rest() const;
     [[nodiscard]] std::vector<FramePlan> item_plans();
     [[nodiscard]] std::vector<FramePlan> piece_plans();
 
@@ -393,10 +394,16 @@ void Calibration::measure_images(CostModel& model) {
     model.pass_s = std::max(small_s - model.texel_s * square(kSmallImage) - contents_s, kFloor);
 }
 
+std::vector<ItemId> Calibration::items_at_rest() const {
+    std::vector<ItemId> items = hierarchy_->items;
+    std::erase(items, kNone<ItemId>);
+    return items;
+}
+
 /// Items with the fewest triangles, and those with the most.
 std::vector<FramePlan> Calibration::item_plans() {
     std::vector<FramePlan> plans;
-    std::vector<ItemId> sorted = hierarchy_->items;
+    std::vector<ItemId> sorted = items_at_rest();
     std::sort(sorted.begin(), sorted.end(), [&](ItemId a, ItemId b) {
         const std::uint64_t of_a = item_primitives_[index_of(a)];
         const std::uint64_t of_b = item_primitives_[index_of(b)];
@@ -472,7 +479,7 @@ double Calibration::covered_share() const {
 
 /// The same geometry on many pixels and on few.
 void Calibration::measure_pixels(CostModel& model) {
-    const auto whole = geometry_plan(hierarchy_->items, hierarchy_->pieces);
+    const auto whole = geometry_plan(items_at_rest(), hierarchy_->pieces);
     FramePlan few = whole;
     Pass& frame = few.passes.back();
     frame.view.width = kSmallFrame;
@@ -576,7 +583,7 @@ Result<void> check_scene(const Hierarchy& hierarchy, std::size_t items_known) {
         );
     };
     for (const ItemId item : hierarchy.items) {
-        if (index_of(item) >= items_known) {
+        if (item != kNone<ItemId> && index_of(item) >= items_known) {
             return unknown(item);
         }
     }

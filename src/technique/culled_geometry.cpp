@@ -17,8 +17,9 @@ struct GeometryWalk {
 
     void visit(std::uint32_t index) noexcept {
         const HierarchyNode& node = hierarchy.nodes[index];
-        const Overlap items = with_items && node.item_count > 0 ? classify(frustum, node.items_box)
-                                                                : Overlap::outside;
+        const Overlap items = with_items && !is_empty(node.items_box)
+                                  ? classify(frustum, node.items_box)
+                                  : Overlap::outside;
         const Overlap pieces =
             node.piece_count > 0 ? classify(frustum, node.pieces_box) : Overlap::outside;
         const bool seen = items != Overlap::outside || pieces != Overlap::outside;
@@ -55,6 +56,14 @@ Pass frame_pass(const View& view, std::uint32_t batch) noexcept {
     return pass;
 }
 
+void write_moving(const Hierarchy& hierarchy, const Frustum& frustum, PlanWriter& writer) noexcept {
+    for (const MovingItem& moving : hierarchy.moving) {
+        if (!is_empty(moving.box) && classify(frustum, moving.box) != Overlap::outside) {
+            writer.item(moving.item);
+        }
+    }
+}
+
 void write_geometry(
     const Hierarchy& hierarchy,
     const Frustum& frustum,
@@ -63,6 +72,7 @@ void write_geometry(
     PlanWriter& writer
 ) noexcept {
     GeometryWalk{hierarchy, frustum, eye, order, true, Command::Kind::geometry, writer}.visit(0);
+    write_moving(hierarchy, frustum, writer);
 }
 
 void write_surfaces(

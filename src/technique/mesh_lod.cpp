@@ -2,6 +2,7 @@
 #include "technique/plan_writer.hpp"
 #include <farfield/math/frustum.hpp>
 #include <farfield/metric/pixel_angle.hpp>
+#include <farfield/partition/changes.hpp>
 #include <farfield/technique/mesh_lod.hpp>
 
 #include <algorithm>
@@ -124,15 +125,21 @@ MeshLod::create(const Hierarchy& hierarchy, const LodTable& table, const MeshLod
     if (Result<void> valid = validate(table); !valid) {
         return tl::unexpected(std::move(valid).error());
     }
-    for (const ItemId item : hierarchy.items) {
-        if (index_of(item) >= table.items.size()) {
-            return fail(
-                ErrorCode::invalid_argument,
-                "mesh lod: the hierarchy holds item " + std::to_string(index_of(item)) +
-                    ", the table " + std::to_string(table.items.size()) +
-                    " items; levels do not belong into the hierarchy"
-            );
-        }
+    const auto unknown = [&](ItemId item) {
+        return item != kNone<ItemId> && index_of(item) >= table.items.size();
+    };
+    std::vector<ItemId> items = hierarchy.items;
+    for (const MovingItem& moving : hierarchy.moving) {
+        items.push_back(moving.item);
+    }
+    if (const auto found = std::find_if(items.begin(), items.end(), unknown);
+        found != items.end()) {
+        return fail(
+            ErrorCode::invalid_argument,
+            "mesh lod: the hierarchy holds item " + std::to_string(index_of(*found)) +
+                ", the table " + std::to_string(table.items.size()) +
+                " items; levels do not belong into the hierarchy"
+        );
     }
     return MeshLod(hierarchy, table, options);
 }
@@ -145,6 +152,7 @@ MeshLod::MeshLod(const Hierarchy& hierarchy, const LodTable& table, const MeshLo
         Item item;
         if (from.level_count > 0) {
             item.box = local_box(from.bounds, hierarchy.origin);
+            item.built = partition::item_box(hierarchy, make_id<ItemId>(items_.size()));
         }
         item.first_level = from.first_level;
         item.level_count = static_cast<std::uint8_t>(from.level_count);
@@ -167,8 +175,10 @@ std::uint8_t MeshLod::coarsest(const Item& item, double error_m) const noexcept 
 void MeshLod::replace(ItemId& id, const glm::dvec3& eye, double sine) noexcept {
     Item& item = items_[index_of(id)];
     if (item.level_count > 0) {
+        const Box3f now = partition::item_box(*hierarchy_, id);
+        const Box3f& around = now == item.built ? item.box : now;
         // In double: the box was rounded outwards, so the distance is never too large.
-        const Box3d box{glm::dvec3(item.box.lo), glm::dvec3(item.box.hi)};
+        const Box3d box{glm::dvec3(around.lo), glm::dvec3(around.hi)};
         const double error_m = distance(box, eye) * sine;
         const std::uint8_t most = coarsest(item, error_m);
         const std::uint8_t least = coarsest(item, error_m * (1.0 - options_.hysteresis));

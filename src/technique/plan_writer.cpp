@@ -1,5 +1,8 @@
 #include "technique/plan_writer.hpp"
 
+#include <algorithm>
+#include <cstddef>
+
 namespace farfield {
 
 void PlanWriter::close(Pass pass) noexcept {
@@ -27,12 +30,23 @@ Command& PlanWriter::command(Command::Kind kind, std::uint32_t clip) noexcept {
 }
 
 void PlanWriter::items(std::uint32_t first, std::uint32_t count) noexcept {
-    if (count == 0) {
+    const auto end = hierarchy_->items.begin() + first + count;
+    const auto is_there = [](ItemId item) { return item != kNone<ItemId>; };
+    const auto begin = std::find_if(end - count, end, is_there);
+    if (begin == end) {
         return;
     }
-    command(Command::Kind::geometry, Command::kNoClip).count += count;
-    const auto begin = hierarchy_->items.begin() + first;
-    plan_->items.insert(plan_->items.end(), begin, begin + count);
+    Command& target = command(Command::Kind::geometry, Command::kNoClip);
+    const std::size_t before = plan_->items.size();
+    plan_->items.insert(plan_->items.end(), begin, end);
+    const auto added = plan_->items.begin() + static_cast<std::ptrdiff_t>(before);
+    plan_->items.erase(std::remove(added, plan_->items.end(), kNone<ItemId>), plan_->items.end());
+    target.count += static_cast<std::uint32_t>(plan_->items.size() - before);
+}
+
+void PlanWriter::item(ItemId id) noexcept {
+    ++command(Command::Kind::geometry, Command::kNoClip).count;
+    plan_->items.push_back(id);
 }
 
 void PlanWriter::pieces(

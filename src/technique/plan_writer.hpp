@@ -21,8 +21,11 @@ class PlanWriter {
     /// Ends it and appends the pass that they belong to.
     void close(Pass pass) noexcept;
 
-    /// Whole items `first`..`first + count` of `Hierarchy::items`.
+    /// Whole items `first`..`first + count` of `Hierarchy::items`, but for those that have left.
     void items(std::uint32_t first, std::uint32_t count) noexcept;
+
+    /// One whole item.
+    void item(ItemId id) noexcept;
 
     /// Pieces `first`..`first + count` of `Hierarchy::pieces`, as geometry or as a mask.
     /// @param clip index into `FramePlan::clips` or `Command::kNoClip`

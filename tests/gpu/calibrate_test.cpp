@@ -2,6 +2,7 @@
 #include <farfield/gpu/calibrate.hpp>
 #include <farfield/gpu/null/null_backend.hpp>
 #include <farfield/gpu/plan_work.hpp>
+#include <farfield/partition/changes.hpp>
 
 #include <catch2/catch.hpp>
 #include <glm/common.hpp>
@@ -251,6 +252,22 @@ TEST_CASE("One item, or one split item, is enough") {
         gpu::calibrate(other, ground.hierarchy, ground.item_primitives, with_clock(other));
     REQUIRE(of_ground.has_value());
     check_close(*of_ground, kProcessor, 1e-6);
+}
+
+TEST_CASE("Items that have left their places are not drawn to measure") {
+    SmallWorld world = forest_world(4);
+    REQUIRE(partition::hide(world.hierarchy, ItemId{0}).has_value());
+    REQUIRE(partition::hide(world.hierarchy, ItemId{1}).has_value());
+    REQUIRE(partition::update_bounds(world.hierarchy, ItemId{2}, {{0, 0, 0}, {1, 1, 1}}).has_value()
+    );
+    ModelBackend backend(world, kProcessor, 1e-3);
+    const auto measured =
+        gpu::calibrate(backend, world.hierarchy, world.item_primitives, with_clock(backend));
+    INFO((measured ? std::string("measured") : measured.error().message));
+    REQUIRE(measured.has_value());
+    CHECK(
+        geometry_cost(*measured, 100, 1) == Approx(geometry_cost(kProcessor, 100, 1)).epsilon(1e-6)
+    );
 }
 
 TEST_CASE("What costs nothing is at the floor, never below") {

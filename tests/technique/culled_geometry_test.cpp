@@ -1,8 +1,10 @@
 #include "support/allocation_counter.hpp"
 #include "support/random.hpp"
 #include "technique/scenes.hpp"
+#include <farfield/gpu/null/null_backend.hpp>
 #include <farfield/math/frustum.hpp>
 #include <farfield/partition/bsp.hpp>
+#include <farfield/partition/changes.hpp>
 #include <farfield/technique/culled_geometry.hpp>
 
 #include <catch2/catch.hpp>
@@ -82,11 +84,16 @@ void check_against_brute_force(const Forest& forest, const View& view, GeometryO
             REQUIRE(drawn.items[item] == 0);
             continue;
         }
-        const Box3f box = local_box(forest.objects[item].bounds, forest.hierarchy.origin);
+        // Where it is now, which is where it was built unless a test has moved it.
+        const Box3f box = partition::item_box(forest.hierarchy, make_id<ItemId>(item));
         CAPTURE(item);
         REQUIRE(drawn.items[item] <= 1);
-        if (surely_seen(frustum, box)) {
+        if (!is_empty(box) && surely_seen(frustum, box)) {
             REQUIRE(drawn.items[item] == 1);
+        }
+        const bool at_rest = forest.hierarchy.item_places[item] < forest.hierarchy.items.size();
+        if (!at_rest && (is_empty(box) || classify(frustum, box) == Overlap::outside)) {
+            REQUIRE(drawn.items[item] == 0); // culled by its own box, not by that of a node
         }
     }
     for (std::size_t triangle = 0; triangle < forest.ground.size(); ++triangle) {
@@ -189,6 +196,86 @@ TEST_CASE("every primitive in the frustum is drawn once") {
     }
 }
 
+TEST_CASE("what moves, rests and hides is drawn once where it is") {
+    for (const glm::dvec3& offset : {glm::dvec3(0.0), glm::dvec3(1e7, -2e6, 1e7)}) {
+        Random random(11);
+        Forest forest =
+            support::make_forest({.trees = 80, .ground_cells = 8, .seed = 12, .offset = offset});
+        const std::vector<std::uint64_t> primitives(forest.objects.size(), 1000);
+        NullBackend backend(primitives, &forest.hierarchy);
+        const TargetId target = backend.create_target(640, 480, 1).value();
+        const std::size_t trees = forest.objects.size() - 1;
+        std::size_t at_rest_elsewhere = 0;
+        std::size_t most_moving = 0;
+        for (int step = 0; step < 400; ++step) {
+            CAPTURE(step);
+            const std::size_t item = random.below(static_cast<unsigned>(trees));
+            const auto id = make_id<ItemId>(item);
+            if (step % 3 == 0) {
+                const std::uint32_t place = forest.hierarchy.item_places[item];
+                at_rest_elsewhere += partition::settle(forest.hierarchy, id) &&
+                                             place != forest.hierarchy.item_places[item]
+                                         ? 1U
+                                         : 0U;
+            } else if (step % 10 == 1) {
+                REQUIRE(partition::hide(forest.hierarchy, id).has_value());
+            } else {
+                const glm::dvec3 by = random.vector(-100.0, 100.0);
+                const Box3d& built = forest.objects[item].bounds;
+                REQUIRE(
+                    partition::update_bounds(forest.hierarchy, id, {built.lo + by, built.hi + by})
+                        .has_value()
+                );
+            }
+            most_moving = std::max(most_moving, forest.hierarchy.moving.size());
+            const glm::dvec3 eye = offset + random.vector(-150.0, 150.0);
+            const View view = support::view_at(eye, eye + random.direction<double>());
+            for (const GeometryOrder order :
+                 {GeometryOrder::front_to_back, GeometryOrder::stored}) {
+                check_against_brute_force(forest, view, order);
+                CulledGeometry technique(forest.hierarchy, order);
+                REQUIRE(backend.execute(technique.plan(view), target, {}).has_value());
+            }
+        }
+        CHECK(at_rest_elsewhere > 10);
+        CHECK(most_moving > 40);
+    }
+}
+
+TEST_CASE("an item that moves is drawn though nothing else is there") {
+    Forest forest = support::make_forest({.trees = 1});
+    CulledGeometry technique(forest.hierarchy);
+    const glm::dvec3 eye(0, 2, 5000);
+    const View away = support::view_at(eye, 2.0 * eye);
+    CHECK(technique.plan(away).commands.empty());
+    REQUIRE(partition::update_bounds(
+                forest.hierarchy, ItemId{0}, {{-1, 0, 5100}, {1, 2, 5102}}
+    ).has_value());
+    CHECK(is_empty(bounds(forest.hierarchy.nodes[0])));
+    CHECK(technique.plan(away).items == std::vector<ItemId>{ItemId{0}});
+    CHECK(technique.plan(support::view_at(eye, {0, 0, 0})).commands.empty());
+    REQUIRE(partition::hide(forest.hierarchy, ItemId{0}).has_value());
+    CHECK(technique.plan(away).commands.empty());
+}
+
+TEST_CASE("holes leave one command, and none where nothing is left") {
+    Forest forest = support::make_forest({.trees = 64});
+    CulledGeometry technique(forest.hierarchy, GeometryOrder::stored);
+    const View view = support::view_at({0, 500, 1000}, {0, 0, 0});
+    for (std::size_t item = 0; item < 64; item += 2) {
+        REQUIRE(partition::hide(forest.hierarchy, make_id<ItemId>(item)).has_value());
+    }
+    const FramePlan& plan = technique.plan(view);
+    REQUIRE(plan.commands.size() == 1);
+    CHECK(plan.commands[0].count == 32);
+    CHECK(plan.items.size() == 32);
+    CHECK(std::count(plan.items.begin(), plan.items.end(), kNone<ItemId>) == 0);
+    for (std::size_t item = 1; item < 64; item += 2) {
+        REQUIRE(partition::hide(forest.hierarchy, make_id<ItemId>(item)).has_value());
+    }
+    CHECK(technique.plan(view).commands.empty());
+}
+
 TEST_CASE("items and ground are culled apart") {
     // Looking down at the ground between the trees, whose leaf holds both.
     const Forest forest =
@@ -260,7 +347,7 @@ TEST_CASE("a scene far from the origin is culled as one at it") {
 }
 
 TEST_CASE("planning is repeatable and allocates nothing once warm") {
-    const Forest forest = support::make_forest({.trees = 200, .ground_cells = 16});
+    Forest forest = support::make_forest({.trees = 200, .ground_cells = 16});
     const auto walk = support::curved_walk(200.0, 300);
     CulledGeometry technique(forest.hierarchy);
     std::vector<std::uint64_t> digests;
@@ -268,9 +355,17 @@ TEST_CASE("planning is repeatable and allocates nothing once warm") {
     for (const support::Step& step : walk) {
         digests.push_back(digest(technique.plan(step.view)));
     }
+    // Things move and come to rest between the frames.
+    forest.hierarchy.moving.reserve(1);
     const std::uint64_t before = support::allocation_count();
     std::size_t different = 0;
     for (std::size_t frame = 0; frame < walk.size(); ++frame) {
+        const std::size_t item = frame % 200;
+        const auto id = make_id<ItemId>(item);
+        const bool moved =
+            partition::update_bounds(forest.hierarchy, id, forest.objects[item].bounds).has_value();
+        static_cast<void>(technique.plan(walk[frame].view));
+        different += moved && partition::settle(forest.hierarchy, id) ? 0U : 1U;
         different += digest(technique.plan(walk[frame].view)) != digests[frame] ? 1U : 0U;
     }
     const std::uint64_t after = support::allocation_count();

@@ -5,6 +5,7 @@
 #include <farfield/gpu/plan_work.hpp>
 #include <farfield/metric/pixel_angle.hpp>
 #include <farfield/partition/bsp.hpp>
+#include <farfield/partition/changes.hpp>
 #include <farfield/technique/culled_geometry.hpp>
 #include <farfield/technique/mesh_lod.hpp>
 
@@ -355,6 +356,44 @@ TEST_CASE("items stay in place and order, and each is replaced by a level of its
     CHECK(std::find(used.begin(), used.end(), 0U) == used.end());
 }
 
+TEST_CASE("what moves is drawn by the level for where it is now") {
+    constexpr double kErrorPx = 2.0;
+    constexpr double kLimit = 100.0; // [m] where the level is just good enough
+    const View view = view_ahead();
+    const auto scale = metric::pixel_scale(view.lens, view.width, view.height).scale;
+    const double sine = std::sin(metric::angle_of_pixels_unchecked(scale, kErrorPx));
+    Speck speck = make_speck({0, 0, -50}, static_cast<float>(kLimit * sine));
+    MeshLod technique = make_technique(speck.tree, speck.table, {.error_px = kErrorPx});
+    const auto shown_at = [&](double distance) {
+        const glm::dvec3 at(0, 0, -distance);
+        REQUIRE(partition::update_bounds(speck.tree, ItemId{0}, {at, at}).has_value());
+        const ItemId moving = technique.plan(view).items.at(0);
+        REQUIRE(partition::settle(speck.tree, ItemId{0}));
+        REQUIRE(technique.plan(view).items.at(0) == moving); // at rest as on the way
+        REQUIRE(technique.items_per_level()[moving == ItemId{0} ? 0 : 1] == 1);
+        return moving;
+    };
+    CHECK(technique.plan(view).items.at(0) == ItemId{0});
+    CHECK(shown_at(120) == ItemId{1});
+    CHECK(shown_at(99) == ItemId{0});
+    CHECK(shown_at(101) == ItemId{1});
+    CHECK(shown_at(50) == ItemId{0}); // back where the table has it
+
+    // A technique made while it is elsewhere takes the table's bounds for those of there.
+    REQUIRE(
+        partition::update_bounds(speck.tree, ItemId{0}, {{0, 0, -120}, {0, 0, -120}}).has_value()
+    );
+    MeshLod late = make_technique(speck.tree, speck.table, {.error_px = kErrorPx});
+    CHECK(late.plan(view).items.at(0) == ItemId{0});
+    REQUIRE(
+        partition::update_bounds(speck.tree, ItemId{0}, {{0, 0, -119}, {0, 0, -119}}).has_value()
+    );
+    CHECK(late.plan(view).items.at(0) == ItemId{1});
+    REQUIRE(partition::hide(speck.tree, ItemId{0}).has_value());
+    CHECK(late.plan(view).items.empty());
+    CHECK(late.statistics().full_triangles == 0);
+}
+
 TEST_CASE("levels change late with hysteresis, and never beyond the threshold") {
     constexpr double kErrorPx = 2.0;
     constexpr double kShare = 0.25;
@@ -500,13 +539,18 @@ TEST_CASE("tables that contradict themselves are refused by name") {
 }
 
 TEST_CASE("a hierarchy that holds levels, or other items than the table, is refused") {
-    const Forest forest = support::make_forest({.trees = 8});
+    Forest forest = support::make_forest({.trees = 8});
     Levels levels = make_levels(forest.objects);
     levels.table.items.pop_back();
-    const auto technique = MeshLod::create(forest.hierarchy, levels.table);
-    REQUIRE_FALSE(technique.has_value());
-    CHECK(technique.error().code == ErrorCode::invalid_argument);
-    CHECK_THAT(
-        technique.error().message, Catch::Matchers::Contains("holds item 7, the table 7 items")
-    );
+    for (const bool moves : {false, true}) {
+        if (moves) {
+            REQUIRE(partition::hide(forest.hierarchy, ItemId{7}).has_value());
+        }
+        const auto technique = MeshLod::create(forest.hierarchy, levels.table);
+        REQUIRE_FALSE(technique.has_value());
+        CHECK(technique.error().code == ErrorCode::invalid_argument);
+        CHECK_THAT(
+            technique.error().message, Catch::Matchers::Contains("holds item 7, the table 7 items")
+        );
+    }
 }

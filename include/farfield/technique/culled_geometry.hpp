@@ -16,7 +16,8 @@ enum class GeometryOrder : std::uint8_t {
 };
 
 /// Plain geometry behind hierarchical frustum culling: the baseline that every claim of speed is
-/// made against, and the plan of every frame in which no image is shown. Each primitive once.
+/// made against, and the plan of every frame in which no image is shown. Each primitive once, items
+/// that move (`Hierarchy::moving`) last.
 class CulledGeometry {
   public:
     /// @param hierarchy must outlive the technique
@@ -27,6 +28,7 @@ class CulledGeometry {
     /// The plan of one frame; valid until the next call. Allocates nothing once warm.
     /// @pre validate(view)
     /// @par Cost linear in the nodes that cross the frustum's border plus the items seen
+    /// and those that move
     [[nodiscard]] const FramePlan& plan(const View& view) noexcept;
 
   private:

@@ -26,7 +26,9 @@ struct ItemLevel {
 
 /// An item and its levels.
 struct LodItem {
-    Box3d bounds; ///< world [m], around the item; finite where there are levels
+    /// World [m], around the item; finite where there are levels. Of where the item is when the
+    /// technique is made: once it moves, its box in the hierarchy counts.
+    Box3d bounds;
     std::uint64_t primitives = 0;
     std::uint32_t first_level = 0; ///< into `LodTable::levels`
     std::uint32_t level_count = 0; ///< [0, 255]
@@ -79,7 +81,9 @@ struct MeshLodStatistics {
 /// its place, anywhere on the image, as far as `error_m` is true.
 ///
 /// Split surfaces (`Hierarchy::pieces`) are drawn at full resolution: a coarser piece would part
-/// from its neighbours.
+/// from its neighbours. Items that move (partition/changes.hpp) are drawn by the level that is good
+/// for their box of the moment, and may turn and mirror; what scales an item scales the errors of
+/// its levels too, which the table does not know.
 ///
 /// Blind spots: an error in metres says where surfaces are, not how much of them is left. A crown
 /// that loses half of its leaves is thin, and dark or light by what shows through it, long before
@@ -109,7 +113,8 @@ class MeshLod {
 
   private:
     struct Item {
-        Box3f box; ///< relative to the hierarchy's origin, rounded outwards
+        Box3f box;   ///< relative to the hierarchy's origin, rounded outwards
+        Box3f built; ///< what the hierarchy said when the technique was made
         std::uint32_t first_level = 0;
         std::uint8_t level_count = 0;
         std::uint8_t level = 0; ///< last shown; 0: the item itself
