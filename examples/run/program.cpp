@@ -6,26 +6,37 @@
 #include <exception>
 #include <filesystem>
 #include <malloc.h>
+#include <map>
 #include <string>
 #include <system_error>
 
 namespace farfield::run {
 
 void add_scene_options(CLI::App& app, WorldOptions& options) {
-    app.add_option("--scene", options.scene, "island, or a file");
+    std::string names;
+    // One option may be a parameter of several scenes; its help says what it is for which.
+    std::map<std::string, std::string> parameters;
+    for (const auto& entry : scenes::scene_catalog()) {
+        names += std::string(entry.name) + ", ";
+        for (const auto& parameter : entry.parameters) {
+            const std::string help(parameter.help);
+            std::string& all = parameters[std::string(parameter.name)];
+            if (all.find(help) == std::string::npos) {
+                all += (all.empty() ? "" : "; ") + std::string(entry.name) + ": " + help;
+            }
+        }
+    }
+    app.add_option("--scene", options.scene, names + "or a file");
     app.add_option("--size", options.size, "WIDTHxHEIGHT [px]");
     app.add_option("--up", options.up, "axis that points up in a mesh file")
         ->check(CLI::IsMember({"y", "z"}));
     app.add_option("--path", options.path, "JSON file of a camera path");
-    for (const auto& entry : scenes::scene_catalog()) {
-        for (const auto& parameter : entry.parameters) {
-            const std::string name(parameter.name);
-            app.add_option_function<double>(
-                "--" + name,
-                [&options, name](double value) { options.scene_values[name] = value; },
-                std::string(parameter.help)
-            );
-        }
+    for (const auto& [name, help] : parameters) {
+        app.add_option_function<double>(
+            "--" + name,
+            [&options, name = name](double value) { options.scene_values[name] = value; },
+            help
+        );
     }
 }
 

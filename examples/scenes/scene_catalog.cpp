@@ -1,5 +1,9 @@
 #include "scene_catalog.hpp"
 
+#include "flat_town.hpp"
+#include "flat_town_path.hpp"
+#include "forest.hpp"
+#include "forest_path.hpp"
 #include "island.hpp"
 #include "island_path.hpp"
 
@@ -16,6 +20,8 @@ namespace farfield::scenes {
 namespace {
 
 constexpr IslandOptions kIsland;
+constexpr FlatTownOptions kFlatTown;
+constexpr ForestOptions kForest;
 
 constexpr std::array<SceneParameter, 12> kIslandParameters = {{
     {"trees", kIsland.trees, true, "number of trees, 0 to 1000000"},
@@ -31,6 +37,27 @@ constexpr std::array<SceneParameter, 12> kIslandParameters = {{
     {"seed", static_cast<double>(kIsland.seed), true, "of hills, places, turns and sizes"},
     {"tree-seed", static_cast<double>(kIsland.tree_seed), true, "of the tree"},
 }};
+
+constexpr std::array<SceneParameter, 4> kFlatTownParameters = {{
+    {"blocks", kFlatTown.blocks, true, "blocks a side, 1 to 128"},
+    {"block", kFlatTown.block_m, false, "side of a block [m]"},
+    {"pace", kFlatTownPace, false, "of the diagonal walk [m a frame]"},
+    {"seed", static_cast<double>(kFlatTown.seed), true, "of houses, trees and colours"},
+}};
+
+constexpr std::array<SceneParameter, 6> forest_parameters(double pace_m) {
+    return {{
+        {"trees", kForest.trees, true, "number of trees, 1 to 10000"},
+        {"tree-triangles", kForest.tree_triangles, true, "triangles of each tree, 200 to 1000000"},
+        {"spacing", kForest.spacing_m, false, "from trunk to trunk [m]"},
+        {"tree-height", kForest.tree_height_m, false, "height of the mean tree [m]"},
+        {"pace", pace_m, false, "along the forest or into it [m a frame]"},
+        {"seed", static_cast<double>(kForest.seed), true, "of places and trees"},
+    }};
+}
+
+constexpr auto kForestParameters = forest_parameters(kForestPace);
+constexpr auto kForestZoomParameters = forest_parameters(kForestZoomPace);
 
 double value_of(const SceneValues& values, std::string_view name) {
     return values.find(name)->second;
@@ -75,11 +102,67 @@ Result<CatalogScene> make_island_entry(const SceneValues& values) {
     return CatalogScene{std::move(*scene), std::move(*path)};
 }
 
-constexpr std::array<CatalogEntry, 1> kCatalog = {{
+Result<CatalogScene> make_flat_town_entry(const SceneValues& values) {
+    FlatTownOptions options;
+    options.blocks = whole<int>(values, "blocks");
+    options.block_m = value_of(values, "block");
+    options.seed = whole<std::uint64_t>(values, "seed");
+    auto path = flat_town_path(options, value_of(values, "pace"));
+    if (!path) {
+        return tl::unexpected(path.error());
+    }
+    auto scene = make_flat_town(options);
+    if (!scene) {
+        return tl::unexpected(scene.error());
+    }
+    return CatalogScene{std::move(*scene), std::move(*path)};
+}
+
+Result<CatalogScene> make_forest_entry(
+    const SceneValues& values, Result<CameraPath> (*make_path)(const ForestOptions&, double)
+) {
+    ForestOptions options;
+    options.trees = whole<int>(values, "trees");
+    options.tree_triangles = whole<int>(values, "tree-triangles");
+    options.spacing_m = value_of(values, "spacing");
+    options.tree_height_m = value_of(values, "tree-height");
+    options.seed = whole<std::uint64_t>(values, "seed");
+    auto path = make_path(options, value_of(values, "pace"));
+    if (!path) {
+        return tl::unexpected(path.error());
+    }
+    auto scene = make_forest(options);
+    if (!scene) {
+        return tl::unexpected(scene.error());
+    }
+    return CatalogScene{std::move(*scene), std::move(*path)};
+}
+
+Result<CatalogScene> make_forest_sideways_entry(const SceneValues& values) {
+    return make_forest_entry(values, forest_sideways_path);
+}
+
+Result<CatalogScene> make_forest_zoom_entry(const SceneValues& values) {
+    return make_forest_entry(values, forest_zoom_path);
+}
+
+constexpr std::array<CatalogEntry, 4> kCatalog = {{
     {"island",
      "round island with 1117 instances of a willow, 40.6 million triangles",
      kIslandParameters,
      make_island_entry},
+    {"flat",
+     "flat town of 256 equal blocks, 420,000 triangles; a diagonal walk above its roofs",
+     kFlatTownParameters,
+     make_flat_town_entry},
+    {"forest",
+     "100 different trees of 1050 triangles that may be cut; sideways along its front",
+     kForestParameters,
+     make_forest_sideways_entry},
+    {"forest-zoom",
+     "the same forest; from a corner to its middle, above the tree tops",
+     kForestZoomParameters,
+     make_forest_zoom_entry},
 }};
 
 /// "a, b, c" for messages.

@@ -1,5 +1,6 @@
 #include "willow.hpp"
 
+#include "facets.hpp"
 #include "random.hpp"
 
 #include <glm/common.hpp>
@@ -70,15 +71,6 @@ dvec3 horizontal(double azimuth) {
 dvec3 perpendicular(const dvec3& axis) {
     const dvec3 other = std::abs(axis.y) < 0.9 ? dvec3(0.0, 1.0, 0.0) : dvec3(1.0, 0.0, 0.0);
     return glm::normalize(glm::cross(axis, other));
-}
-
-glm::u8vec4 to_color(const dvec3& color) {
-    const dvec3 rounded = glm::clamp(color + 0.5, dvec3(0.0), dvec3(255.0));
-    return {
-        static_cast<std::uint8_t>(rounded.x),
-        static_cast<std::uint8_t>(rounded.y),
-        static_cast<std::uint8_t>(rounded.z),
-        255};
 }
 
 class Grower {

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include <limits>
+#include <map>
 #include <set>
 #include <string>
 
@@ -17,14 +18,20 @@ std::string message_of(std::string_view name, const scenes::SceneValues& values)
     return scene ? std::string("made") : scene.error().message;
 }
 
-const scenes::SceneValues kSmall = {
-    {"trees", 3.0}, {"radius", 60.0}, {"terrain-quads", 8.0}, {"tree-triangles", 2000.0}};
+/// Hardly anything of each scene.
+const std::map<std::string_view, scenes::SceneValues> kSmall = {
+    {"island",
+     {{"trees", 3.0}, {"radius", 60.0}, {"terrain-quads", 8.0}, {"tree-triangles", 2000.0}}},
+    {"flat", {{"blocks", 1.0}}},
+    {"forest", {{"trees", 2.0}, {"tree-triangles", 200.0}}},
+    {"forest-zoom", {{"trees", 2.0}, {"tree-triangles", 200.0}}}};
 
 } // namespace
 
 TEST_CASE("what the catalog does not have is refused by name", "[scene_catalog]") {
     CHECK(
-        message_of("atlantis", {}) == "scene \"atlantis\" does not exist, expected one of island"
+        message_of("atlantis", {}) ==
+        "scene \"atlantis\" does not exist, expected one of island, flat, forest, forest-zoom"
     );
     CHECK(message_of("", {}) != "made");
     CHECK(
@@ -63,7 +70,7 @@ TEST_CASE("every scene can be listed", "[scene_catalog]") {
 }
 
 TEST_CASE("a scene comes with its parameters, walk and picture", "[scene_catalog]") {
-    const auto made = scenes::make_scene("island", kSmall);
+    const auto made = scenes::make_scene("island", kSmall.at("island"));
     REQUIRE(made);
     CHECK(farfield::validate(made->scene));
     CHECK(made->scene.instances.size() == 4);
@@ -74,6 +81,19 @@ TEST_CASE("a scene comes with its parameters, walk and picture", "[scene_catalog
     CHECK(made->fov_deg == 60.0);
     CHECK(made->width == 640);
     CHECK(made->height == 480);
+}
+
+TEST_CASE("every scene comes with a walk that fits it", "[scene_catalog]") {
+    for (const scenes::CatalogEntry& entry : scenes::scene_catalog()) {
+        INFO(entry.name);
+        const auto made = scenes::make_scene(entry.name, kSmall.at(entry.name));
+        REQUIRE(made);
+        CHECK(farfield::validate(made->scene));
+        CHECK(farfield::eval::validate(made->path));
+        CHECK(made->fov_deg > 0.0);
+        CHECK(made->width >= 1);
+        CHECK(made->height >= 1);
+    }
 }
 
 TEST_CASE("every parameter does something", "[scene_catalog]") {
@@ -93,23 +113,26 @@ TEST_CASE("every parameter does something", "[scene_catalog]") {
         }
         return false;
     };
-    const auto base = scenes::make_scene("island", kSmall);
-    REQUIRE(base);
-    for (const scenes::SceneParameter& parameter : scenes::scene_catalog()[0].parameters) {
-        INFO(parameter.name);
-        scenes::SceneValues values = kSmall;
-        const auto given = values.find(parameter.name);
-        double value = given != values.end() ? given->second : parameter.default_value;
-        if (parameter.name == "min-spacing") {
-            value = 70.0; // so far that some first darts no longer stick
-        } else if (parameter.name == "min-scale" || parameter.name == "max-scale") {
-            value += parameter.name == "min-scale" ? 0.1 : 0.2;
-        } else {
-            value += 1.0;
+    for (const scenes::CatalogEntry& entry : scenes::scene_catalog()) {
+        const scenes::SceneValues& small = kSmall.at(entry.name);
+        const auto base = scenes::make_scene(entry.name, small);
+        REQUIRE(base);
+        for (const scenes::SceneParameter& parameter : entry.parameters) {
+            INFO(entry.name << " " << parameter.name);
+            scenes::SceneValues values = small;
+            const auto given = values.find(parameter.name);
+            double value = given != values.end() ? given->second : parameter.default_value;
+            if (parameter.name == "min-spacing") {
+                value = 70.0; // so far that some first darts no longer stick
+            } else if (parameter.name == "min-scale" || parameter.name == "max-scale") {
+                value += parameter.name == "min-scale" ? 0.1 : 0.2;
+            } else {
+                value += 1.0;
+            }
+            values.insert_or_assign(std::string(parameter.name), value);
+            const auto changed = scenes::make_scene(entry.name, values);
+            REQUIRE(changed);
+            CHECK((differs(changed->scene, base->scene) || changed->path != base->path));
         }
-        values.insert_or_assign(std::string(parameter.name), value);
-        const auto changed = scenes::make_scene("island", values);
-        REQUIRE(changed);
-        CHECK(differs(changed->scene, base->scene));
     }
 }
