@@ -102,6 +102,12 @@ Result<void> EmbreeBackend::Impl::update_page(std::uint32_t cache, const PageUpd
     if (Result<void> valid = gpu::check_page(update, kLargestPage, kMostSamples); !valid) {
         return valid;
     }
+    if (update.depth) {
+        return fail(
+            ErrorCode::unsupported,
+            "Embree: page " + std::to_string(index_of(update.page)) + " that keeps depth"
+        );
+    }
     auto page = std::make_unique<Page>();
     page->cache = cache;
     page->id = update.page;
@@ -137,7 +143,7 @@ Result<void> EmbreeBackend::Impl::check_pages(const FramePlan& plan, const Targe
         }
         for (std::uint32_t c = 0; c < pass.command_count; ++c) {
             const std::uint32_t command = pass.first_command + c;
-            Result<void> valid = plan.commands[command].kind == Command::Kind::images
+            Result<void> valid = draws_images(plan.commands[command])
                                      ? check_images(plan, i, command)
                                      : check_geometry(plan, i, command);
             if (!valid) {
@@ -179,18 +185,20 @@ Result<void> EmbreeBackend::Impl::check_geometry(
 Result<void>
 EmbreeBackend::Impl::check_images(const FramePlan& plan, std::size_t pass, std::uint32_t index) {
     const Command& command = plan.commands[index];
+    if (command.depth != QuadDepth::none) {
+        return fail(
+            ErrorCode::unsupported,
+            "Embree: " + command_name(pass, index) + " has images with depths of planes or texels"
+        );
+    }
     const Page* page = nullptr;
     for (std::uint32_t i = command.first; i < command.first + command.count; ++i) {
         const ImageQuad& quad = plan.quads[i];
         if (page == nullptr || page->id != quad.page) {
             page = find(plan.cache, quad.page);
         }
-        if (page == nullptr || page->scratch) {
-            return invalid(
-                command_name(pass, index) + ", quad " + std::to_string(i) + " shows page " +
-                std::to_string(index_of(quad.page)) +
-                (page == nullptr ? ", which does not exist" : ", a scratch page")
-            );
+        if (Result<void> valid = gpu::check_image_page(plan, pass, index, i, page); !valid) {
+            return valid;
         }
         // Only sizes that add up without overflow; what lies beyond the page is its last texel.
         const Region& source = quad.source;
@@ -513,8 +521,7 @@ std::string EmbreeBackend::device() const {
 std::uint64_t EmbreeBackend::image_bytes() const noexcept {
     std::uint64_t bytes = 0;
     for (const std::unique_ptr<Page>& page : impl_->pages) {
-        const std::uint64_t texels = texels_of(page->size, page->size);
-        bytes += texels * (page->scratch ? 8U * static_cast<std::uint64_t>(page->samples) : 4U);
+        bytes += gpu::page_bytes(*page, page->samples);
     }
     return bytes;
 }

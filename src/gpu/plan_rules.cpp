@@ -56,12 +56,18 @@ Result<void> check_command(const FramePlan& plan, std::size_t pass, std::uint32_
     const auto refused = [&](const std::string& what) {
         return invalid(pass_name(pass) + ", command " + std::to_string(index) + ": " + what);
     };
-    if (command.kind == Command::Kind::image_depths || command.depth != QuadDepth::none) {
-        return refused("no backend keeps depths of images");
-    }
+    const auto depth_name = [&] {
+        return "depth " + std::to_string(static_cast<unsigned>(command.depth));
+    };
     switch (command.kind) {
     case Command::Kind::images:
     case Command::Kind::image_depths:
+        if (command.depth > QuadDepth::texel) {
+            return refused("images with unknown " + depth_name());
+        }
+        if (command.kind == Command::Kind::image_depths && command.depth == QuadDepth::none) {
+            return refused("depths of images with none");
+        }
         if (!in_range(command.first, command.count, plan.quads.size())) {
             return out_of_range(
                 pass, index, "quads", command.first, command.count, plan.quads.size()
@@ -76,6 +82,9 @@ Result<void> check_command(const FramePlan& plan, std::size_t pass, std::uint32_
         return {};
     case Command::Kind::geometry:
     case Command::Kind::mask:
+        if (command.depth != QuadDepth::none) {
+            return refused("geometry with " + depth_name() + " of images");
+        }
         if (!in_range(command.first, command.count, plan.items.size())) {
             return out_of_range(
                 pass, index, "items", command.first, command.count, plan.items.size()
@@ -225,7 +234,51 @@ Result<void> check_places(
             std::to_string(copy_page->size) + " texels a side"
         );
     }
+    const bool in_order = pass.copy_near >= 0.0F && pass.copy_near < pass.copy_far;
+    if (copy_page->depth && !(in_order && std::isfinite(pass.copy_far))) {
+        return refused(
+            "copies depths of " + std::to_string(pass.copy_near) + " to " +
+            std::to_string(pass.copy_far) + " m to " + name
+        );
+    }
     return {};
+}
+
+Result<void> check_image_page(
+    const FramePlan& plan,
+    std::size_t pass,
+    std::uint32_t command,
+    std::uint32_t quad,
+    const PageFacts* page
+) {
+    const auto refused = [&](const char* why) {
+        return invalid(
+            pass_name(pass) + ", command " + std::to_string(command) + ": quad " +
+            std::to_string(quad) + " shows page " +
+            std::to_string(index_of(plan.quads[quad].page)) + ", " + why
+        );
+    };
+    if (page == nullptr) {
+        return refused("which does not exist");
+    }
+    if (page->scratch) {
+        return refused("a scratch page");
+    }
+    if (plan.commands[command].depth == QuadDepth::texel && !page->depth) {
+        return refused("which keeps no depth, with that of its texels");
+    }
+    return {};
+}
+
+std::uint64_t page_bytes(const PageFacts& page, std::int32_t samples) noexcept {
+    constexpr std::uint64_t kColor = 4;
+    constexpr std::uint64_t kTexelDepth = 2;
+    constexpr std::uint64_t kSampleDepth = 4;
+    const auto side = static_cast<std::uint64_t>(page.size);
+    const std::uint64_t texel = page.scratch
+                                    ? (kColor + kSampleDepth) * static_cast<std::uint64_t>(samples)
+                                    : kColor + (page.depth ? kTexelDepth : 0);
+    return side * side * texel;
 }
 
 Result<void> check_page(const PageUpdate& update, std::int32_t largest, std::int32_t most_samples) {
@@ -241,6 +294,9 @@ Result<void> check_page(const PageUpdate& update, std::int32_t largest, std::int
             name + " with " + std::to_string(update.samples) + " samples a texel, expected " +
             (update.scratch ? "at least 1" : "1, since it is no scratch page")
         );
+    }
+    if (update.scratch && update.depth) {
+        return invalid(name + ", a scratch page, that keeps depth beside its texels");
     }
     if (update.size > largest) {
         return fail(

@@ -12,9 +12,10 @@ PlanWork work_of(const FramePlan& plan, std::span<const std::uint64_t> item_prim
         }
         for (std::uint32_t c = 0; c < pass.command_count; ++c) {
             const Command& command = plan.commands[pass.first_command + c];
-            if (command.kind == Command::Kind::images) {
+            if (draws_images(command)) {
+                const bool shown = final && command.kind == Command::Kind::images;
                 ++work.draws;
-                work.image_quads += final ? command.count : 0U;
+                work.image_quads += shown ? command.count : 0U;
                 continue;
             }
             work.draws += command.count + command.piece_count;

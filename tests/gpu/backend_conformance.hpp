@@ -147,7 +147,6 @@ inline void check_pages(Backend& backend) {
     require_executed(backend, plan, *target);
     CHECK(backend.image_bytes() == kTexels * (8 * static_cast<std::uint64_t>(samples) + 4));
     require_executed(backend, plan_showing_image(), *target);
-
     // Pages belong to a cache: another one has none, and its page of the same name is another.
     FramePlan other = plan_showing_image();
     other.cache = 7;
@@ -277,6 +276,24 @@ inline void check_wrong_plans(Backend& backend) {
         plan.quads[0].page = kScratchPage;
         plan.passes[0].command_count = 2;
     });
+    refused("images with an unknown depth", [](FramePlan& plan) {
+        plan.commands[1].depth = static_cast<QuadDepth>(3);
+    });
+    refused("depths of images with none", [](FramePlan& plan) {
+        plan.commands[1].kind = Command::Kind::image_depths;
+    });
+    refused("depths of images out of range", [](FramePlan& plan) {
+        plan.commands[1].kind = Command::Kind::image_depths;
+        plan.commands[1].depth = QuadDepth::plane;
+        plan.commands[1].count = 2;
+    });
+    refused("geometry with depths of images", [](FramePlan& plan) {
+        plan.commands[0].depth = QuadDepth::plane;
+    });
+    refused("a mask with depths of images", [](FramePlan& plan) {
+        plan.commands[0].kind = Command::Kind::mask;
+        plan.commands[0].depth = QuadDepth::texel;
+    });
     refused("a page without texels", [](FramePlan& plan) { plan.pages[1].size = 0; });
     refused("a page with fewer than none", [](FramePlan& plan) { plan.pages[1].size = -4; });
     refused("a page without an id", [](FramePlan& plan) { plan.pages[1].page = kNone<PageId>; });
@@ -292,6 +309,71 @@ inline void check_wrong_plans(Backend& backend) {
         [&](FramePlan& plan) { plan.pages[0].samples = limits.samples + 1; },
         ErrorCode::unsupported
     );
+}
+
+/// Pages that keep depth, and what is drawn with it.
+inline void check_depths(Backend& backend) {
+    const auto made = backend.create_target(kFrameSize, kFrameSize, 1);
+    REQUIRE(made.has_value());
+    const TargetId target = *made;
+    constexpr std::uint64_t kTexels = area({0, 0, kPageSize, kPageSize});
+    const auto refused = [&](const char* what, const std::function<void(FramePlan&)>& damage) {
+        check_refused(backend, target, what, damaged(damage));
+    };
+    // 16 bits beside each texel.
+    FramePlan kept = plan_with_image();
+    const std::int32_t samples = backend.limits().samples;
+    kept.pages[0].samples = samples;
+    kept.pages[1].depth = true;
+    kept.passes[0].copy_far = 1.0F;
+    require_executed(backend, kept, target);
+    CHECK(backend.image_bytes() == kTexels * (8 * static_cast<std::uint64_t>(samples) + 6));
+    require_executed(backend, plan_with_image(), target);
+    CHECK(backend.image_bytes() == kTexels * (8 + 4));
+    require_executed(backend, plan_showing_image(), target);
+
+    for (const Command::Kind kind : {Command::Kind::images, Command::Kind::image_depths}) {
+        refused("depths of texels of a page that keeps none", [&](FramePlan& plan) {
+            plan.commands[1].kind = kind;
+            plan.commands[1].depth = QuadDepth::texel;
+        });
+        refused("depths of planes of a scratch page", [&](FramePlan& plan) {
+            plan.commands[1].kind = kind;
+            plan.commands[1].depth = QuadDepth::plane;
+            plan.quads[0].page = kScratchPage;
+        });
+    }
+    refused("a scratch page that keeps depth", [](FramePlan& plan) { plan.pages[0].depth = true; });
+    constexpr float kInfinite = std::numeric_limits<float>::infinity();
+    constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
+    for (const auto& [nearest, farthest] :
+         {std::pair{0.0F, 0.0F},
+          {2.0F, 1.0F},
+          {-1.0F, 1.0F},
+          {0.0F, kInfinite},
+          {kNoNumber, 1.0F},
+          {0.0F, kNoNumber}}) {
+        INFO(nearest << " to " << farthest << " m");
+        const auto range = [from = nearest, to = farthest](FramePlan& plan) {
+            plan.passes[0].copy_near = from;
+            plan.passes[0].copy_far = to;
+        };
+        refused("depths copied that are none", [&](FramePlan& plan) {
+            plan.pages[1].depth = true;
+            range(plan);
+        });
+        require_executed(backend, damaged(range), target); // none are kept
+    }
+
+    for (const QuadDepth depth : {QuadDepth::plane, QuadDepth::texel}) {
+        require_executed(backend, plan_with_depths(depth), target);
+    }
+    check_refused(backend, target, "a page that was made anew, without depth", [&] {
+        require_executed(backend, plan_with_image(), target);
+        FramePlan plan = plan_with_depths(QuadDepth::texel);
+        plan.pages.clear();
+        return plan;
+    }());
 }
 
 /// Calls every check above in a section of its own.

@@ -89,6 +89,23 @@ inline FramePlan plan_with_image() {
     return plan;
 }
 
+/// Makes the same image, and shows it and writes its depths before item 0 is drawn once more.
+inline FramePlan plan_with_depths(QuadDepth depth) {
+    FramePlan plan = plan_with_image();
+    plan.pages[1].depth = depth == QuadDepth::texel;
+    plan.passes[0].copy_near = 0.5F;
+    plan.passes[0].copy_far = 50.0F;
+    plan.quads[0].viewpoint = {0.0F, 0.0F, 5.0F};
+    plan.quads[0].near_ratio = 0.1F;
+    plan.quads[0].far_ratio = 10.0F;
+    plan.commands[1].depth = depth;
+    plan.commands.push_back(plan.commands[1]);
+    plan.commands[2].kind = Command::Kind::image_depths;
+    plan.commands.push_back(plan.commands[0]);
+    plan.passes[1].command_count = 3;
+    return plan;
+}
+
 /// Shows the image that `plan_with_image` made.
 inline FramePlan plan_showing_image() {
     FramePlan plan;

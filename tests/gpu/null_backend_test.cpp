@@ -141,6 +141,57 @@ TEST_CASE("Pieces must be runs of their item") {
     CHECK(refused({ItemId{0}, 0, 1}));
 }
 
+TEST_CASE("Depths of images are a draw, and show no image once more") {
+    Trial trial;
+    REQUIRE(trial(plan_with_depths(QuadDepth::texel)).empty());
+    const PlanWork& work = trial.backend().total_work();
+    CHECK(work.triangles == 12 + 12);
+    CHECK(work.draws == 1 + 1 + 1 + 1);
+    CHECK(work.image_quads == 1);
+}
+
+TEST_CASE("Depths of images are refused by name") {
+    const auto refusal_of = [](QuadDepth depth, const std::function<void(FramePlan&)>& damage) {
+        FramePlan plan = plan_with_depths(depth);
+        damage(plan);
+        return Trial()(plan);
+    };
+    CHECK(
+        refusal_of(QuadDepth::texel, [](FramePlan& plan) { plan.pages[1].depth = false; }) ==
+        "plan: pass 1, command 1: quad 0 shows page 1, which keeps no depth, with that of its"
+        " texels"
+    );
+    CHECK(refusal_of(QuadDepth::plane, [](FramePlan& plan) { plan.pages[1].depth = true; }).empty()
+    );
+    CHECK(refusal_of(QuadDepth::plane, [](FramePlan& plan) {
+              plan.commands[2].depth = QuadDepth::none;
+          }) == "plan: pass 1, command 2: depths of images with none");
+    CHECK(refusal_of(QuadDepth::texel, [](FramePlan& plan) {
+              plan.pages[0].depth = true;
+          }) == "plan: page 0, a scratch page, that keeps depth beside its texels");
+    CHECK(refusal_of(QuadDepth::texel, [](FramePlan& plan) {
+              plan.passes[0].copy_near = 50.0F;
+          }) == "plan: pass 0: copies depths of 50.000000 to 50.000000 m to page 1");
+    const auto with_quad = [&](const std::function<void(ImageQuad&)>& damage) {
+        return refusal_of(QuadDepth::texel, [&](FramePlan& plan) { damage(plan.quads[0]); });
+    };
+    CHECK(with_quad([](ImageQuad& quad) {
+              quad.near_ratio = 11.0F;
+          }) == "plan: quad 0 keeps depths of 11.000000 to 10.000000 of its distance");
+    CHECK(with_quad([](ImageQuad& quad) { quad.near_ratio = 0.0F; }).empty());
+    CHECK(with_quad([](ImageQuad& quad) { quad.near_ratio = 10.0F; }).empty());
+    CHECK_FALSE(with_quad([](ImageQuad& quad) { quad.near_ratio = -0.1F; }).empty());
+    CHECK_FALSE(with_quad([](ImageQuad& quad) { quad.near_ratio = kNan; }).empty());
+    CHECK_FALSE(with_quad([](ImageQuad& quad) { quad.far_ratio = kNan; }).empty());
+    CHECK_FALSE(with_quad([](ImageQuad& quad) { quad.viewpoint.y = kNan; }).empty());
+    // One depth of the whole quad says nothing then.
+    CHECK(with_quad([](ImageQuad& quad) { quad.depth = 0.0F; }).empty());
+    CHECK(refusal_of(QuadDepth::plane, [](FramePlan& plan) { plan.quads[0].depth = 0.0F; }).empty()
+    );
+    // Only what was made is shown, its depths as well.
+    CHECK_FALSE(with_quad([](ImageQuad& quad) { quad.source.x = 1; }).empty());
+}
+
 TEST_CASE("Numbers must be finite") {
     CHECK(refusal([](FramePlan& plan) {
               plan.quads[0].origin.x = kNan;

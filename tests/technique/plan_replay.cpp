@@ -19,7 +19,8 @@ namespace {
 std::uint64_t bytes_of(const PageUpdate& page) {
     const auto texels =
         static_cast<std::uint64_t>(page.size) * static_cast<std::uint64_t>(page.size);
-    return texels * (page.scratch ? 8U * static_cast<std::uint64_t>(page.samples) : 4U);
+    const std::uint64_t of_image = page.depth ? 6 : 4;
+    return texels * (page.scratch ? 8U * static_cast<std::uint64_t>(page.samples) : of_image);
 }
 
 bool all_different(std::vector<std::uint32_t> numbers) {

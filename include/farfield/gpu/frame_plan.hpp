@@ -22,14 +22,17 @@ struct PageUpdate {
     std::int32_t size = 0;    ///< [texel] width and height
     bool scratch = false;     ///< images are rendered in it, with depth, then copied to their page
     std::int32_t samples = 1; ///< of a scratch page; copying resolves them
-    bool depth = false;       ///< of a page of images: it keeps 16 bits of depth beside each texel
+    /// Of a page of images, never of a scratch page: it keeps 16 bits of depth beside each texel.
+    bool depth = false;
 };
 
-/// How images stand in depth among what else is drawn.
+/// How images stand in depth among what else is drawn: what they test, and what image depths write.
+/// Depths of planes and texels before the near plane or beyond the far one count as at it, so that
+/// neither cuts an image.
 enum class QuadDepth : std::uint8_t {
-    none,  ///< the whole quad tests at `ImageQuad::depth`; depth is never written
-    plane, ///< tests at the plane of the quad
-    texel, ///< every texel tests at the depth that its page keeps of it
+    none,  ///< the whole quad at `ImageQuad::depth`; never written
+    plane, ///< every pixel at the plane of the quad
+    texel, ///< every pixel at the depth that the page keeps of its texel
 };
 
 /// One image on a quadrilateral in space. The mapping is affine: corner `origin` shows the lower
@@ -41,15 +44,20 @@ struct ImageQuad {
     glm::vec3 origin{0.0F}; ///< [m] relative to `FramePlan::origin`
     glm::vec3 edge_u{0.0F}; ///< [m]
     glm::vec3 edge_v{0.0F}; ///< [m]
-    /// Where the whole quad stands in depth: a distance along the view direction [m], at least the
-    /// near distance. It is the nearest depth of what the image shows, so a surface drawn before
-    /// hides the image only where it stands before all of it.
+    /// With `QuadDepth::none`, where the whole quad stands in depth: a distance along the view
+    /// direction [m], at least the near distance. It is the nearest depth of what the image shows,
+    /// so a surface drawn before hides the image only where it stands before all of it.
     float depth = 0.0F;
-    /// Eye that made the image, relative to `FramePlan::origin`. A texel that keeps the depth t in
-    /// [0, 1] stands at `viewpoint + (q - viewpoint) * mix(near_ratio, far_ratio, t)`, where q is
-    /// its place on the quad.
+    /// With `QuadDepth::texel`: the eye that made the image, relative to `FramePlan::origin`. A
+    /// pixel whose texel keeps the depth t in [0, 1] stands at `viewpoint + (q - viewpoint) *
+    /// mix(near_ratio, far_ratio, t)`, where q is the place of the pixel on the quad. Its texel is,
+    /// of the four that are filtered, the nearest; where that keeps nothing (1), the one of most
+    /// weight that keeps something.
     glm::vec3 viewpoint{0.0F};
-    float near_ratio = 1.0F; ///< distances along the normal of the image, over that of its plane
+    /// `Pass::copy_near` and `copy_far` of the pass that made the image, over the distance of the
+    /// quad's plane from the viewpoint along that pass's view direction, which is normal to it:
+    /// 0 <= near_ratio <= far_ratio.
+    float near_ratio = 1.0F;
     float far_ratio = 1.0F;
     /// Node of the hierarchy that the image is of: for those who measure and report.
     std::uint32_t node = UINT32_MAX;
@@ -61,8 +69,9 @@ struct Command {
         geometry, ///< items and pieces, depth tested and written
         mask,     ///< the same into depth alone: hides what is drawn later, shows nothing
         images,   ///< quads, blended (premultiplied over), bilinear, depth tested, not written
-        /// Quads into depth alone, where the alpha of their texel is at least 0.5: so that what is
-        /// drawn later can stand among them. Not with `QuadDepth::none`.
+        /// Quads into depth alone, tested as well, where their filtered alpha is at least 0.5: so
+        /// that what is drawn later can stand among them. Not with `QuadDepth::none`. Images never
+        /// hide each other unless some are drawn after the depths of others.
         image_depths,
     };
     static constexpr std::uint32_t kNoClip = UINT32_MAX;
@@ -73,8 +82,13 @@ struct Command {
     std::uint32_t first_piece = 0; ///< into `pieces`; geometry and mask only
     std::uint32_t piece_count = 0;
     std::uint32_t clip = kNoClip;      ///< into `clips`: draw only what is inside that box
-    QuadDepth depth = QuadDepth::none; ///< of images and image depths
+    QuadDepth depth = QuadDepth::none; ///< of images and image depths; none of geometry and masks
 };
+
+/// True for commands whose `first` and `count` are of quads.
+[[nodiscard]] constexpr bool draws_images(const Command& command) noexcept {
+    return command.kind == Command::Kind::images || command.kind == Command::Kind::image_depths;
+}
 
 /// Commands into one target through one view.
 struct Pass {
@@ -90,8 +104,10 @@ struct Pass {
     PageId copy_page = kNone<PageId>; ///< where the `copy_size` texels at `scissor` go, or none
     Region copy;                      ///< [texel] of `copy_page`; the size is that of `scissor`
     /// Distances along the view direction that the depths 0 and 1 of the copied texels stand for,
-    /// where their page keeps depth; nearer is 0, farther is 1, and so is where nothing was drawn.
-    /// 0 <= copy_near < copy_far then. [m]
+    /// where their page keeps depth: 0 <= copy_near < copy_far then. Between them depths are
+    /// linear, rounded to the nearest of 65536; nearer is 0, farther is 1, and so is a texel that
+    /// shows nothing, or to which no depth was written. Of several samples the nearest to the eye
+    /// of those that show something counts. [m]
     float copy_near = 0.0F;
     float copy_far = 0.0F;
     std::uint32_t node = UINT32_MAX; ///< of which an image is made, as `ImageQuad::node`

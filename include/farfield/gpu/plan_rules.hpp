@@ -15,7 +15,8 @@ namespace farfield::gpu {
 /// - a pass has a valid view of the size of its viewport, a scissor inside the viewport, and copies
 ///   as many texels as its scissor has, to another page;
 /// - commands lie within `commands`, what they draw within `items`, `pieces`, `quads` and `clips`;
-///   images are neither clipped nor have pieces.
+///   images are neither clipped nor have pieces; depths of images are those of planes or texels,
+///   and geometry and masks name none.
 ///
 /// A backend that checks this, and what it looks up anyway, reads nothing out of range. The rest
 /// of the rules is checked by `NullBackend`.
@@ -27,10 +28,15 @@ namespace farfield::gpu {
 struct PageFacts {
     std::int32_t size = 0; ///< [texel] width and height
     bool scratch = false;
+    bool depth = false; ///< keeps 16 bits beside each texel
 };
 
+/// Bytes of a page as `Backend::image_bytes` counts them, on every device alike: RGBA8, 16 bits a
+/// texel where it keeps depth, and 32 bits of depth for each sample of a scratch page.
+[[nodiscard]] std::uint64_t page_bytes(const PageFacts& page, std::int32_t samples) noexcept;
+
 /// Checks where one pass draws and copies to: into the frame or a scratch page, the viewport within
-/// it; to a page that is none, within it.
+/// it; to a page that is none, within it, and between which distances where that keeps depth.
 /// @param frame [px] the target
 /// @param page, copy_page what `Pass::page` and `Pass::copy_page` are; null: they do not exist. Not
 /// looked at where the pass names none
@@ -43,6 +49,20 @@ struct PageFacts {
     const Region& frame,
     const PageFacts* page,
     const PageFacts* copy_page
+);
+
+/// Checks the page that one image shows: it exists, is no scratch page, and keeps depth if the
+/// command asks for that of texels.
+/// @param pass, command, quad indices that the error names
+/// @param page what `ImageQuad::page` of the quad is, or null
+/// @return an error that names the pass, the command, the quad and the page
+/// @par Cost constant; allocates only for an error
+[[nodiscard]] Result<void> check_image_page(
+    const FramePlan& plan,
+    std::size_t pass,
+    std::uint32_t command,
+    std::uint32_t quad,
+    const PageFacts* page
 );
 
 /// Checks a page that is to be made.

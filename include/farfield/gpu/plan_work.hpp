@@ -10,7 +10,7 @@ namespace farfield {
 /// What executing a plan comes to, images included.
 struct PlanWork {
     std::uint64_t triangles = 0;    ///< of items and pieces, in all passes; quads not counted
-    std::uint64_t draws = 0;        ///< items, pieces and runs of images
+    std::uint64_t draws = 0;        ///< items, pieces and runs of images or depths
     std::uint64_t image_quads = 0;  ///< shown in the frame
     std::uint64_t images = 0;       ///< made
     std::uint64_t image_texels = 0; ///< made, borders included

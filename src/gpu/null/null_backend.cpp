@@ -105,8 +105,16 @@ Result<void> NullBackend::Impl::check_numbers(const FramePlan& plan) const {
     for (std::size_t i = 0; i < plan.quads.size(); ++i) {
         const ImageQuad& quad = plan.quads[i];
         if (!is_finite(quad.origin) || !is_finite(quad.edge_u) || !is_finite(quad.edge_v) ||
-            !std::isfinite(quad.depth)) {
+            !std::isfinite(quad.depth) || !is_finite(quad.viewpoint) ||
+            !std::isfinite(quad.near_ratio) || !std::isfinite(quad.far_ratio)) {
             return invalid("quad " + std::to_string(i) + " has a number that is not finite");
+        }
+        if (quad.near_ratio < 0.0F || quad.near_ratio > quad.far_ratio) {
+            return invalid(
+                "quad " + std::to_string(i) + " keeps depths of " +
+                std::to_string(quad.near_ratio) + " to " + std::to_string(quad.far_ratio) +
+                " of its distance"
+            );
         }
     }
     for (std::size_t i = 0; i < plan.clips.size(); ++i) {
@@ -137,6 +145,7 @@ Result<void> NullBackend::Impl::update_page(std::uint32_t cache, const PageUpdat
     page->size = update.size;
     page->samples = update.samples;
     page->scratch = update.scratch;
+    page->depth = update.depth;
     page->images.clear();
     return {};
 }
@@ -213,11 +222,8 @@ Result<void> NullBackend::Impl::check_images(
         if (page == nullptr || page->id != quad.page) {
             page = find(plan.cache, quad.page);
         }
-        if (page == nullptr) {
-            return refused(i, "shows " + page_name(quad.page) + ", which does not exist");
-        }
-        if (page->scratch) {
-            return refused(i, "shows " + page_name(quad.page) + ", a scratch page");
+        if (Result<void> valid = gpu::check_image_page(plan, pass_index, index, i, page); !valid) {
+            return valid;
         }
         // A quad nearly always shows a whole image; any part of one is as good.
         const std::vector<Region>& images = page->images;
@@ -234,6 +240,9 @@ Result<void> NullBackend::Impl::check_images(
                 "shows " + text(quad.source) + " of " + page_name(quad.page) +
                     ", where no image was made"
             );
+        }
+        if (command.depth != QuadDepth::none) {
+            continue; // in depth by its plane or texels, wherever they are
         }
         // What is baked into an image may be out of view; what is in the frame is seen.
         const double depth = double{quad.depth};
@@ -263,7 +272,7 @@ NullBackend::Impl::check_pass(const FramePlan& plan, std::size_t index, const Nu
     }
     for (std::uint32_t i = 0; i < pass.command_count; ++i) {
         const std::uint32_t command = pass.first_command + i;
-        Result<void> valid = plan.commands[command].kind == Command::Kind::images
+        Result<void> valid = draws_images(plan.commands[command])
                                  ? check_images(plan, index, command)
                                  : check_geometry(plan, index, command);
         if (!valid) {
@@ -433,11 +442,7 @@ Backend::Limits NullBackend::limits() const noexcept {
 std::uint64_t NullBackend::image_bytes() const noexcept {
     std::uint64_t bytes = 0;
     for (const NullPage& page : impl_->pages) {
-        const auto texels =
-            static_cast<std::uint64_t>(page.size) * static_cast<std::uint64_t>(page.size);
-        // RGBA8, and with it 32 bits of depth for each sample of a scratch page.
-        bytes +=
-            page.scratch ? texels * 8U * static_cast<std::uint64_t>(page.samples) : texels * 4U;
+        bytes += gpu::page_bytes(page, page.samples);
     }
     return bytes;
 }
