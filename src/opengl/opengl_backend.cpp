@@ -1,4 +1,5 @@
 #include "opengl/program.hpp"
+#include "opengl/quad_programs.hpp"
 #include "opengl/state_guard.hpp"
 #include <farfield/core/assert.hpp>
 #include <farfield/gpu/plan_rules.hpp>
@@ -23,106 +24,10 @@ namespace {
 struct QuadVertex {
     glm::vec3 position;
     glm::vec2 texel;
-    float depth = 0.0F;
+    glm::vec2 depths; // as `QuadPrograms` says
     std::uint32_t node = 0;
 };
-static_assert(sizeof(QuadVertex) == 28);
-
-constexpr const char* kQuadVertexShader = R"(#version 450 core
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec2 texel;
-layout(location = 2) in float depth;
-uniform mat4 projection;
-uniform float texel_size;
-layout(location = 0) out vec2 uv;
-void main() {
-    gl_Position = projection * vec4(position, 1.0);
-    // The whole quad stands at one depth.
-    float z = projection[2][2] * -depth + projection[3][2];
-    gl_Position.z = z / depth * gl_Position.w;
-    uv = texel * texel_size;
-}
-)";
-
-constexpr const char* kQuadFragmentShader = R"(#version 450 core
-layout(location = 0) in vec2 uv;
-layout(binding = 0) uniform sampler2D page;
-layout(location = 0) out vec4 result;
-void main() {
-    result = texture(page, uv);
-}
-)";
-
-// With positions, the image's points are drawn after its colours.
-constexpr const char* kPositionVertexShader = R"(#version 450 core
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec2 texel;
-layout(location = 2) in float depth;
-layout(location = 3) in uint node;
-uniform mat4 projection;
-layout(location = 0) out vec2 at;
-layout(location = 1) flat out uint shown_node;
-void main() {
-    gl_Position = projection * vec4(position, 1.0);
-    float z = projection[2][2] * -depth + projection[3][2];
-    gl_Position.z = z / depth * gl_Position.w;
-    at = texel;
-    shown_node = node;
-}
-)";
-
-constexpr const char* kPositionFragmentShader = R"(#version 450 core
-layout(location = 0) in vec2 at; // in texels
-layout(location = 1) flat in uint shown_node;
-uniform float texel_size;
-layout(binding = 0) uniform sampler2D page;
-layout(binding = 1) uniform usampler2D points;
-layout(binding = 2) uniform usampler2D layers;
-layout(location = 1) out uvec4 point;
-layout(location = 2) out uvec2 layer;
-const uint none = 0xFFFFFFFFu;
-const float sqrt_half = 0.70710678;
-void main() {
-    // Pixels per texel, from texels per pixel.
-    mat2 to_texels = mat2(dFdx(at), dFdy(at));
-    // A fragment owns its pixel where the filtered alpha is at least one half.
-    if (texture(page, at * texel_size).a < 0.5) { discard; }
-    mat2 to_pixels = inverse(to_texels);
-    ivec2 last = textureSize(points, 0) - 1;
-    vec2 corner = at - 0.5;
-    ivec2 first = ivec2(floor(corner));
-    vec2 share = corner - floor(corner);
-    ivec2 nearest = ivec2(greaterThanEqual(share, vec2(0.5)));
-    // The nearest of the texels that are filtered, or the one of most weight that shows something.
-    ivec2 chosen = first;
-    uvec4 found = uvec4(none);
-    float best = -1.0;
-    for (int i = 0; i < 4; ++i) {
-        ivec2 offset = ivec2(i & 1, i >> 1);
-        ivec2 texel = clamp(first + offset, ivec2(0), last);
-        uvec4 candidate = texelFetch(points, texel, 0);
-        vec2 weights = mix(1.0 - share, share, vec2(offset));
-        float weight = offset == nearest ? 2.0 : weights.x * weights.y;
-        if (candidate.w != none && weight > best) {
-            best = weight;
-            found = candidate;
-            chosen = texel;
-        }
-    }
-    if (found.w == none) { discard; }
-    float half_diagonal = 0.5 * max(length(to_pixels[0] + to_pixels[1]),
-                                    length(to_pixels[0] - to_pixels[1]));
-    float moved = length(to_pixels * (vec2(chosen) + 0.5 - at));
-    // Errors of the image's own sampling are seen enlarged at most by the largest singular value.
-    float squares = dot(to_pixels[0], to_pixels[0]) + dot(to_pixels[1], to_pixels[1]);
-    float area = determinant(to_pixels);
-    float scale = sqrt(0.5 * (squares + sqrt(max(squares * squares - 4.0 * area * area, 0.0))));
-    float nested = uintBitsToFloat(texelFetch(layers, chosen, 0).x);
-    point = found;
-    layer = uvec2(floatBitsToUint(max(half_diagonal, moved) / sqrt_half + nested * scale),
-                  shown_node);
-}
-)";
+static_assert(sizeof(QuadVertex) == 32);
 
 /// What positions keep beside the colours of a page or target: points with items, layers with
 /// nodes.
@@ -140,7 +45,8 @@ constexpr std::array<GLuint, 4> kNoLayer = {0, UINT32_MAX, 0, 0};
 constexpr std::array<GLenum, 3> kDrawBuffers = {
     GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1, GL_COLOR_ATTACHMENT2};
 
-GLuint make_position_texture(GLenum format, std::int32_t size) {
+/// For what is fetched and never filtered.
+GLuint make_plain_texture(GLenum format, std::int32_t size) {
     GLuint texture = 0;
     glCreateTextures(GL_TEXTURE_2D, 1, &texture);
     glTextureStorage2D(texture, 1, format, size, size);
@@ -149,26 +55,43 @@ GLuint make_position_texture(GLenum format, std::int32_t size) {
     return texture;
 }
 
+GLuint make_sampled_texture(GLenum format, std::int32_t size, std::int32_t samples) {
+    GLuint texture = 0;
+    glCreateTextures(GL_TEXTURE_2D_MULTISAMPLE, 1, &texture);
+    glTextureStorage2DMultisample(texture, samples, format, size, size, GL_TRUE);
+    return texture;
+}
+
+/// A framebuffer of one texture.
+GLuint make_framebuffer(GLuint texture) {
+    GLuint framebuffer = 0;
+    glCreateFramebuffers(1, &framebuffer);
+    glNamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0, texture, 0);
+    return framebuffer;
+}
+
+bool is_complete(GLuint framebuffer) {
+    return glCheckNamedFramebufferStatus(framebuffer, GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+}
+
+// All buffers of a page are textures: what keeps depths is made from those of a scratch page.
 struct Page : gpu::PageFacts {
     std::uint32_t cache = 0;
     PageId id = kNone<PageId>;
-    GLuint color = 0;            // texture, or renderbuffer of a scratch page with several samples
-    GLuint depth = 0;            // renderbuffer of a scratch page
-    GLuint framebuffer = 0;      // of a scratch page
-    GLuint copy_framebuffer = 0; // of a page: resolves go to it
-    PositionBuffers positions;   // textures
+    GLuint color = 0;
+    GLuint depth_texture = 0;     // of a scratch page, or of a page that keeps depth
+    GLuint framebuffer = 0;       // of a scratch page
+    GLuint copy_framebuffer = 0;  // of a page: resolves go to it
+    GLuint depth_framebuffer = 0; // of a page that keeps depth: drawn to by `DepthCopyProgram`
+    PositionBuffers positions;
     std::int32_t samples = 1;
 };
-
-std::uint64_t page_bytes(const Page& page) {
-    const std::uint64_t texels =
-        static_cast<std::uint64_t>(page.size) * static_cast<std::uint64_t>(page.size);
-    return page.scratch ? texels * 8U * static_cast<std::uint64_t>(page.samples) : texels * 4U;
-}
+constexpr GLenum kKeptDepthFormat = GL_R16UI;
 
 /// Quads of one command that follow each other and show one page: one draw.
 struct QuadRun {
     GLuint texture = 0;
+    GLuint depth_texture = 0;
     PositionBuffers positions;
     GLfloat texel_size = 0.0F; // of the page, in texture coordinates
     std::uint32_t first = 0;   // into the vertices, in quads
@@ -202,6 +125,18 @@ void set_masks(bool color, bool positions) noexcept {
     }
 }
 
+/// Samples of a page: all of its buffers are textures.
+std::int32_t most_samples() noexcept {
+    GLint most = INT32_MAX;
+    for (const GLenum limit :
+         {GL_MAX_SAMPLES, GL_MAX_COLOR_TEXTURE_SAMPLES, GL_MAX_DEPTH_TEXTURE_SAMPLES}) {
+        GLint samples = 1;
+        glGetIntegerv(limit, &samples);
+        most = std::min(most, samples);
+    }
+    return std::max(most, 1);
+}
+
 /// Errors of the caller's are not ours to report.
 void drop_old_errors() noexcept {
     while (glGetError() != GL_NO_ERROR) {
@@ -212,12 +147,9 @@ void drop_old_errors() noexcept {
 
 struct OpenGLBackend::Impl {
     GeometrySource* source = nullptr;
-    GLuint quad_program = 0;
-    GLint quad_projection = -1;
-    GLint quad_texel_size = -1;
-    GLuint position_program = 0; // 0: no positions are kept
-    GLint position_projection = -1;
-    GLint position_texel_size = -1;
+    QuadPrograms programs;
+    DepthCopyProgram depth_copy;
+    bool positions = false;
     GLuint quad_array = 0;
     GLuint quad_vertices = 0;
     GLuint quad_indices = 0;
@@ -239,8 +171,6 @@ struct OpenGLBackend::Impl {
         for (std::size_t i = 0; i < targets.size(); ++i) {
             destroy_target(targets[i]);
         }
-        glDeleteProgram(quad_program);
-        glDeleteProgram(position_program);
         glDeleteVertexArrays(1, &quad_array);
         glDeleteBuffers(1, &quad_vertices);
         glDeleteBuffers(1, &quad_indices);
@@ -262,18 +192,22 @@ struct OpenGLBackend::Impl {
     [[nodiscard]] Result<void> check_pages(const FramePlan& plan, const Target& frame) noexcept;
     [[nodiscard]] Result<void> upload_quads(const FramePlan& plan);
     [[nodiscard]] Result<void>
-    add_quads(const FramePlan& plan, const Pass& pass, std::uint32_t command);
+    add_quads(const FramePlan& plan, std::size_t pass, std::uint32_t command);
+    [[nodiscard]] Result<void> require_programs(const Command& command);
+    [[nodiscard]] Result<void> require_depth_copies(const FramePlan& plan);
     void clear_batch(
         const FramePlan& plan, std::size_t first, std::size_t last, const FrameClear& clear
     ) const noexcept;
     void run_pass(const FramePlan& plan, const Pass& pass, GLuint framebuffer) noexcept;
     void copy_batch(const FramePlan& plan, std::size_t first, std::size_t last) noexcept;
+    void copy_depths(const FramePlan& plan, std::size_t first, std::size_t last) noexcept;
+    [[nodiscard]] bool copies_depth(const FramePlan& plan, const Pass& pass) noexcept;
     void draw_quads(const Pass& pass, const Command& command) noexcept;
-    void draw_runs(const Pass& pass, const Command& command, std::size_t run, bool points) noexcept;
+    void draw_runs(
+        const Pass& pass, const Command& command, std::size_t run, QuadOutput output
+    ) noexcept;
     [[nodiscard]] const Target* target(TargetId id) const noexcept;
-    [[nodiscard]] bool positions() const noexcept { return position_program != 0; }
-    [[nodiscard]] Result<void> make_quad_program();
-    [[nodiscard]] Result<void> make_position_program();
+    [[nodiscard]] Result<void> keep_positions();
 };
 
 const Target* OpenGLBackend::Impl::target(TargetId id) const noexcept {
@@ -285,14 +219,11 @@ const Target* OpenGLBackend::Impl::target(TargetId id) const noexcept {
 void OpenGLBackend::Impl::destroy(Page& page) noexcept {
     glDeleteFramebuffers(1, &page.framebuffer);
     glDeleteFramebuffers(1, &page.copy_framebuffer);
-    glDeleteRenderbuffers(1, &page.depth);
+    glDeleteFramebuffers(1, &page.depth_framebuffer);
+    glDeleteTextures(1, &page.color);
+    glDeleteTextures(1, &page.depth_texture);
     glDeleteTextures(1, &page.positions.points);
     glDeleteTextures(1, &page.positions.layers);
-    if (page.scratch && page.samples > 1) {
-        glDeleteRenderbuffers(1, &page.color);
-    } else {
-        glDeleteTextures(1, &page.color);
-    }
 }
 
 void OpenGLBackend::Impl::destroy_target(Target& target) noexcept {
@@ -322,13 +253,12 @@ Result<void> OpenGLBackend::Impl::update_page(std::uint32_t cache, const PageUpd
     page.cache = cache;
     page.id = update.page;
     page.size = update.size;
-    page.samples = positions() ? 1 : update.samples;
+    page.samples = positions ? 1 : update.samples;
     page.scratch = update.scratch;
-    if (page.scratch && page.samples > 1) {
-        glCreateRenderbuffers(1, &page.color);
-        glNamedRenderbufferStorageMultisample(
-            page.color, page.samples, GL_RGBA8, page.size, page.size
-        );
+    page.depth = update.depth;
+    const bool sampled = page.samples > 1;
+    if (sampled) {
+        page.color = make_sampled_texture(GL_RGBA8, page.size, page.samples);
     } else {
         glCreateTextures(GL_TEXTURE_2D, 1, &page.color);
         glTextureStorage2D(page.color, 1, GL_RGBA8, page.size, page.size);
@@ -337,33 +267,19 @@ Result<void> OpenGLBackend::Impl::update_page(std::uint32_t cache, const PageUpd
         glTextureParameteri(page.color, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
         glTextureParameteri(page.color, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
     }
-    if (positions()) {
+    if (positions) {
         page.positions = {
-            make_position_texture(kPointFormat, page.size),
-            make_position_texture(kLayerFormat, page.size)};
+            make_plain_texture(kPointFormat, page.size),
+            make_plain_texture(kLayerFormat, page.size)};
     }
     bool complete = true;
     if (page.scratch) {
-        glCreateRenderbuffers(1, &page.depth);
-        glNamedRenderbufferStorageMultisample(
-            page.depth,
-            page.samples > 1 ? page.samples : 0,
-            GL_DEPTH_COMPONENT32F,
-            page.size,
-            page.size
-        );
-        glCreateFramebuffers(1, &page.framebuffer);
-        if (page.samples > 1) {
-            glNamedFramebufferRenderbuffer(
-                page.framebuffer, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, page.color
-            );
-        } else {
-            glNamedFramebufferTexture(page.framebuffer, GL_COLOR_ATTACHMENT0, page.color, 0);
-        }
-        glNamedFramebufferRenderbuffer(
-            page.framebuffer, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, page.depth
-        );
-        if (positions()) {
+        page.depth_texture =
+            sampled ? make_sampled_texture(GL_DEPTH_COMPONENT32F, page.size, page.samples)
+                    : make_plain_texture(GL_DEPTH_COMPONENT32F, page.size);
+        page.framebuffer = make_framebuffer(page.color);
+        glNamedFramebufferTexture(page.framebuffer, GL_DEPTH_ATTACHMENT, page.depth_texture, 0);
+        if (positions) {
             glNamedFramebufferTexture(
                 page.framebuffer, GL_COLOR_ATTACHMENT1, page.positions.points, 0
             );
@@ -374,13 +290,15 @@ Result<void> OpenGLBackend::Impl::update_page(std::uint32_t cache, const PageUpd
                 page.framebuffer, static_cast<GLsizei>(kDrawBuffers.size()), kDrawBuffers.data()
             );
         }
-        complete = glCheckNamedFramebufferStatus(page.framebuffer, GL_FRAMEBUFFER) ==
-                   GL_FRAMEBUFFER_COMPLETE;
+        complete = is_complete(page.framebuffer);
     } else {
-        glCreateFramebuffers(1, &page.copy_framebuffer);
-        glNamedFramebufferTexture(page.copy_framebuffer, GL_COLOR_ATTACHMENT0, page.color, 0);
-        complete = glCheckNamedFramebufferStatus(page.copy_framebuffer, GL_FRAMEBUFFER) ==
-                   GL_FRAMEBUFFER_COMPLETE;
+        page.copy_framebuffer = make_framebuffer(page.color);
+        complete = is_complete(page.copy_framebuffer);
+        if (page.depth) {
+            page.depth_texture = make_plain_texture(kKeptDepthFormat, page.size);
+            page.depth_framebuffer = make_framebuffer(page.depth_texture);
+            complete = complete && is_complete(page.depth_framebuffer);
+        }
     }
     const GLenum error = glGetError();
     if (error != GL_NO_ERROR || !complete) {
@@ -443,10 +361,24 @@ Result<void> OpenGLBackend::Impl::check_pages(const FramePlan& plan, const Targe
     return {};
 }
 
+Result<void> OpenGLBackend::Impl::require_programs(const Command& command) {
+    const bool shows = command.kind == Command::Kind::images;
+    Result<void> made =
+        programs.require(shows ? QuadOutput::colors : QuadOutput::depths, command.depth);
+    if (made && shows && positions) {
+        made = programs.require(QuadOutput::points, command.depth);
+    }
+    return made;
+}
+
 Result<void> OpenGLBackend::Impl::add_quads(
-    const FramePlan& plan, const Pass& pass, std::uint32_t command_index
+    const FramePlan& plan, std::size_t pass_index, std::uint32_t command_index
 ) {
+    const Pass& pass = plan.passes[pass_index];
     const Command& command = plan.commands[command_index];
+    if (Result<void> made = require_programs(command); !made) {
+        return made;
+    }
     // Differences first: the eye and the quads may both be far from the plan's origin.
     const glm::vec3 eye = local_point(pass.view.eye, plan.origin);
     const glm::mat3 world_to_camera(glm::transpose(pass.view.camera_to_world));
@@ -455,17 +387,15 @@ Result<void> OpenGLBackend::Impl::add_quads(
         const ImageQuad& quad = plan.quads[q];
         if (q == command.first || quad.page != shown) {
             const Page* page = find(plan.cache, quad.page);
-            if (page == nullptr || page->scratch) {
-                return fail(
-                    ErrorCode::invalid_argument,
-                    "plan: command " + std::to_string(command_index) + ", quad " +
-                        std::to_string(q) + " shows page " + std::to_string(index_of(quad.page)) +
-                        (page == nullptr ? ", which does not exist" : ", a scratch page")
-                );
+            if (Result<void> valid =
+                    gpu::check_image_page(plan, pass_index, command_index, q, page);
+                !valid) {
+                return valid;
             }
             shown = quad.page;
             runs.push_back(
                 {page->color,
+                 page->depth_texture,
                  page->positions,
                  1.0F / static_cast<float>(page->size),
                  static_cast<std::uint32_t>(vertices.size() / 4),
@@ -480,10 +410,23 @@ Result<void> OpenGLBackend::Impl::add_quads(
         const auto y0 = static_cast<float>(quad.source.y);
         const float x1 = x0 + static_cast<float>(quad.source.width);
         const float y1 = y0 + static_cast<float>(quad.source.height);
-        vertices.push_back({origin, {x0, y0}, quad.depth, quad.node});
-        vertices.push_back({origin + u, {x1, y0}, quad.depth, quad.node});
-        vertices.push_back({origin + v, {x0, y1}, quad.depth, quad.node});
-        vertices.push_back({origin + u + v, {x1, y1}, quad.depth, quad.node});
+        // What a texel stands for lies on its ray from the viewpoint, so distances along the view
+        // direction are linear over the quad.
+        const float viewpoint = command.depth == QuadDepth::texel
+                                    ? -(world_to_camera * (quad.viewpoint - eye)).z
+                                    : 0.0F;
+        const auto add = [&](const glm::vec3& position, const glm::vec2& texel) {
+            const float beyond = -position.z - viewpoint;
+            const glm::vec2 depths =
+                command.depth == QuadDepth::texel
+                    ? viewpoint + beyond * glm::vec2(quad.near_ratio, quad.far_ratio)
+                    : glm::vec2(quad.depth, 0.0F);
+            vertices.push_back({position, texel, depths, quad.node});
+        };
+        add(origin, {x0, y0});
+        add(origin + u, {x1, y0});
+        add(origin + v, {x0, y1});
+        add(origin + u + v, {x1, y1});
     }
     return {};
 }
@@ -492,12 +435,13 @@ Result<void> OpenGLBackend::Impl::upload_quads(const FramePlan& plan) {
     vertices.clear();
     runs.clear();
     next_run = 0;
-    for (const Pass& pass : plan.passes) {
+    for (std::size_t i = 0; i < plan.passes.size(); ++i) {
+        const Pass& pass = plan.passes[i];
         for (std::uint32_t c = 0; c < pass.command_count; ++c) {
-            if (plan.commands[pass.first_command + c].kind != Command::Kind::images) {
+            if (!draws_images(plan.commands[pass.first_command + c])) {
                 continue;
             }
-            if (Result<void> added = add_quads(plan, pass, pass.first_command + c); !added) {
+            if (Result<void> added = add_quads(plan, i, pass.first_command + c); !added) {
                 return added;
             }
         }
@@ -519,39 +463,53 @@ void OpenGLBackend::Impl::draw_quads(const Pass& pass, const Command& command) n
     const std::size_t first_run = next_run;
     glBindVertexArray(quad_array);
     glDepthFunc(GL_GEQUAL);
-    glDepthMask(GL_FALSE);
-    if (positions()) {
-        set_masks(true, false);
+    if (command.depth == QuadDepth::plane) {
+        glEnable(GL_DEPTH_CLAMP);
     }
-    glEnablei(GL_BLEND, 0);
-    draw_runs(pass, command, first_run, false);
-    // Geometry may follow, with its own depth.
-    glDisablei(GL_BLEND, 0);
-    if (positions()) {
-        set_masks(false, true);
-        draw_runs(pass, command, first_run, true);
+    if (command.kind == Command::Kind::image_depths) {
+        set_masks(false, false);
+        draw_runs(pass, command, first_run, QuadOutput::depths);
         set_masks(true, true);
+    } else {
+        glDepthMask(GL_FALSE);
+        if (positions) {
+            set_masks(true, false);
+        }
+        glEnablei(GL_BLEND, 0);
+        draw_runs(pass, command, first_run, QuadOutput::colors);
+        // Geometry may follow, with its own depth.
+        glDisablei(GL_BLEND, 0);
+        if (positions) {
+            set_masks(false, true);
+            draw_runs(pass, command, first_run, QuadOutput::points);
+            set_masks(true, true);
+        }
+        glDepthMask(GL_TRUE);
+    }
+    if (command.depth == QuadDepth::plane) {
+        glDisable(GL_DEPTH_CLAMP);
     }
     glDepthFunc(GL_GREATER);
-    glDepthMask(GL_TRUE);
 }
 
 void OpenGLBackend::Impl::draw_runs(
-    const Pass& pass, const Command& command, std::size_t run_index, bool points
+    const Pass& pass, const Command& command, std::size_t run_index, QuadOutput output
 ) noexcept {
-    glUseProgram(points ? position_program : quad_program);
+    const QuadPrograms::Program& program = programs.get(output, command.depth);
+    glUseProgram(program.name);
     const glm::mat4 projection = projection_matrix(pass.view.lens);
-    glUniformMatrix4fv(
-        points ? position_projection : quad_projection, 1, GL_FALSE, &projection[0][0]
-    );
+    glUniformMatrix4fv(program.projection, 1, GL_FALSE, &projection[0][0]);
     for (std::uint32_t drawn = 0; drawn < command.count;) {
         const QuadRun& run = runs[run_index++];
-        glBindTextureUnit(0, run.texture);
-        if (points) {
-            glBindTextureUnit(1, run.positions.points);
-            glBindTextureUnit(2, run.positions.layers);
+        glBindTextureUnit(QuadPrograms::kColorUnit, run.texture);
+        if (output == QuadOutput::points) {
+            glBindTextureUnit(QuadPrograms::kPointUnit, run.positions.points);
+            glBindTextureUnit(QuadPrograms::kLayerUnit, run.positions.layers);
         }
-        glUniform1f(points ? position_texel_size : quad_texel_size, run.texel_size);
+        if (command.depth == QuadDepth::texel) {
+            glBindTextureUnit(QuadPrograms::kDepthUnit, run.depth_texture);
+        }
+        glUniform1f(program.texel_size, run.texel_size);
         glDrawElements(
             GL_TRIANGLES,
             static_cast<GLsizei>(run.count * 6),
@@ -580,7 +538,7 @@ void OpenGLBackend::Impl::clear_batch(
     constexpr float kFar = 0.0F;
     glClearBufferfv(GL_COLOR, 0, &color[0]);
     glClearBufferfv(GL_DEPTH, 0, &kFar);
-    if (positions()) {
+    if (positions) {
         // Where there is no such buffer, as in a framebuffer of the caller's, nothing happens.
         glClearBufferuiv(GL_COLOR, 1, kNoPoint.data());
         glClearBufferuiv(GL_COLOR, 2, kNoLayer.data());
@@ -596,7 +554,7 @@ void OpenGLBackend::Impl::run_pass(
         if (!state_is_ours) {
             set_drawing_state(framebuffer, pass.viewport, pass.scissor);
         }
-        if (command.kind == Command::Kind::images) {
+        if (draws_images(command)) {
             state_is_ours = true;
             draw_quads(pass, command);
             continue;
@@ -612,7 +570,7 @@ void OpenGLBackend::Impl::run_pass(
             .origin = plan.origin,
             .clip = {},
             .color = color,
-            .positions = positions()};
+            .positions = positions};
         if (command.clip != Command::kNoClip) {
             context.clip = plan.clips[command.clip];
         }
@@ -656,7 +614,7 @@ void OpenGLBackend::Impl::copy_batch(
                 1
             );
         };
-        if (positions()) {
+        if (positions) {
             copy_texture(from->positions.points, to->positions.points);
             copy_texture(from->positions.layers, to->positions.layers);
         }
@@ -679,41 +637,69 @@ void OpenGLBackend::Impl::copy_batch(
             );
         }
     }
+    copy_depths(plan, first, last);
+}
+
+bool OpenGLBackend::Impl::copies_depth(const FramePlan& plan, const Pass& pass) noexcept {
+    return pass.copy_page != kNone<PageId> && find(plan.cache, pass.copy_page)->depth;
+}
+
+Result<void> OpenGLBackend::Impl::require_depth_copies(const FramePlan& plan) {
+    for (const Pass& pass : plan.passes) {
+        if (!copies_depth(plan, pass)) {
+            continue;
+        }
+        if (Result<void> made = depth_copy.require(find(plan.cache, pass.page)->samples); !made) {
+            return made;
+        }
+    }
+    return {};
+}
+
+void OpenGLBackend::Impl::copy_depths(
+    const FramePlan& plan, std::size_t first, std::size_t last
+) noexcept {
+    bool state_is_set = false;
+    for (std::size_t i = first; i < last; ++i) {
+        const Pass& pass = plan.passes[i];
+        if (!copies_depth(plan, pass)) {
+            continue;
+        }
+        const Page* from = find(plan.cache, pass.page);
+        const Page* to = find(plan.cache, pass.copy_page);
+        if (!state_is_set) {
+            set_drawing_state(to->depth_framebuffer, pass.copy, pass.copy);
+            glBindVertexArray(quad_array);
+            glBindTextureUnit(DepthCopyProgram::kColorUnit, from->color);
+            glBindTextureUnit(DepthCopyProgram::kDepthUnit, from->depth_texture);
+            state_is_set = true;
+        } else {
+            set_place(to->depth_framebuffer, pass.copy, pass.copy);
+        }
+        depth_copy.draw(
+            {.offset = {pass.scissor.x - pass.copy.x, pass.scissor.y - pass.copy.y},
+             .lens = pass.view.lens,
+             .nearest = pass.copy_near,
+             .farthest = pass.copy_far,
+             .samples = from->samples}
+        );
+    }
 }
 
 OpenGLBackend::OpenGLBackend(std::unique_ptr<Impl> impl) noexcept : impl_(std::move(impl)) {}
 OpenGLBackend::~OpenGLBackend() = default;
 
-Result<void> OpenGLBackend::Impl::make_quad_program() {
-    const Result<GLuint> program =
-        link_program("image quads", kQuadVertexShader, kQuadFragmentShader);
-    if (!program) {
-        return tl::unexpected(program.error());
-    }
-    quad_program = *program;
-    quad_projection = glGetUniformLocation(*program, "projection");
-    quad_texel_size = glGetUniformLocation(*program, "texel_size");
-    return {};
-}
-
-Result<void> OpenGLBackend::Impl::make_position_program() {
+Result<void> OpenGLBackend::Impl::keep_positions() {
     if (!source->capabilities().position_output) {
         return fail(
             ErrorCode::unsupported,
             "OpenGL: positions are asked for, and the geometry source does not write them"
         );
     }
-    const Result<GLuint> program =
-        link_program("positions of image quads", kPositionVertexShader, kPositionFragmentShader);
-    if (!program) {
-        return tl::unexpected(program.error());
-    }
-    position_program = *program;
-    position_projection = glGetUniformLocation(*program, "projection");
-    position_texel_size = glGetUniformLocation(*program, "texel_size");
+    positions = true;
     limits.samples = kPositionSamples;
     limits.positions = true;
-    return {};
+    return programs.require(QuadOutput::points, QuadDepth::none);
 }
 
 Result<std::unique_ptr<OpenGLBackend>>
@@ -732,15 +718,13 @@ OpenGLBackend::create(GeometrySource& source, const OpenGLBackendOptions& option
     }
     auto impl = std::make_unique<Impl>(source);
     GLint size = 0;
-    GLint samples = 1;
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &size);
-    glGetIntegerv(GL_MAX_SAMPLES, &samples);
-    impl->limits = {.page_size = size, .samples = std::max(samples, 1)};
-    if (Result<void> made = impl->make_quad_program(); !made) {
+    impl->limits = {.page_size = size, .samples = most_samples()};
+    if (Result<void> made = impl->programs.require(QuadOutput::colors, QuadDepth::none); !made) {
         return tl::unexpected(std::move(made).error());
     }
     if (options.positions) {
-        if (Result<void> made = impl->make_position_program(); !made) {
+        if (Result<void> made = impl->keep_positions(); !made) {
             return tl::unexpected(std::move(made).error());
         }
     }
@@ -748,7 +732,7 @@ OpenGLBackend::create(GeometrySource& source, const OpenGLBackendOptions& option
     const std::array<std::pair<GLint, std::size_t>, 3> attributes = {
         {{3, offsetof(QuadVertex, position)},
          {2, offsetof(QuadVertex, texel)},
-         {1, offsetof(QuadVertex, depth)}}};
+         {2, offsetof(QuadVertex, depths)}}};
     for (GLuint index = 0; index < attributes.size(); ++index) {
         glEnableVertexArrayAttrib(impl->quad_array, index);
         glVertexArrayAttribFormat(
@@ -794,6 +778,9 @@ OpenGLBackend::execute(const FramePlan& plan, TargetId target, const FrameClear&
     if (Result<void> uploaded = impl.upload_quads(plan); !uploaded) {
         return uploaded;
     }
+    if (Result<void> made = impl.require_depth_copies(plan); !made) {
+        return made;
+    }
     for (std::size_t first = 0; first < plan.passes.size();) {
         std::size_t last = first + 1;
         while (last < plan.passes.size() && plan.passes[last].batch == plan.passes[first].batch) {
@@ -836,7 +823,7 @@ Result<TargetId> OpenGLBackend::create_target(
     Target target;
     target.width = width;
     target.height = height;
-    target.samples = impl_->positions() ? 1 : samples;
+    target.samples = impl_->positions ? 1 : samples;
     target.alive = true;
     target.owned = true;
     glCreateRenderbuffers(1, &target.color);
@@ -853,7 +840,7 @@ Result<TargetId> OpenGLBackend::create_target(
     glNamedFramebufferRenderbuffer(
         target.framebuffer, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, target.depth
     );
-    if (impl_->positions()) {
+    if (impl_->positions) {
         const std::array<std::pair<GLuint*, GLenum>, 2> buffers = {
             {{&target.positions.points, kPointFormat}, {&target.positions.layers, kLayerFormat}}};
         for (std::size_t i = 0; i < buffers.size(); ++i) {
@@ -1068,7 +1055,7 @@ std::string OpenGLBackend::device() const {
 std::uint64_t OpenGLBackend::image_bytes() const noexcept {
     std::uint64_t bytes = 0;
     for (const Page& page : impl_->pages) {
-        bytes += page_bytes(page);
+        bytes += gpu::page_bytes(page, page.samples);
     }
     return bytes;
 }
@@ -1078,7 +1065,7 @@ std::uint64_t OpenGLBackend::position_bytes() const noexcept {
     for (const Page& page : impl_->pages) {
         texels += static_cast<std::uint64_t>(page.size) * static_cast<std::uint64_t>(page.size);
     }
-    return impl_->positions() ? texels * kPositionTexelBytes : 0;
+    return impl_->positions ? texels * kPositionTexelBytes : 0;
 }
 
 } // namespace farfield::opengl

@@ -80,9 +80,10 @@ StateGuard::StateGuard() noexcept {
     pipeline_ = integer(GL_PROGRAM_PIPELINE_BINDING);
     vertex_array_ = integer(GL_VERTEX_ARRAY_BINDING);
     active_texture_ = integer(GL_ACTIVE_TEXTURE);
-    for (std::size_t i = 0; i < kBuffers; ++i) {
+    for (std::size_t i = 0; i < kUnits; ++i) {
         glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(i));
         textures_[i] = integer(GL_TEXTURE_BINDING_2D);
+        multisample_textures_[i] = integer(GL_TEXTURE_BINDING_2D_MULTISAMPLE);
         samplers_[i] = integer(GL_SAMPLER_BINDING);
     }
 }
@@ -125,12 +126,25 @@ StateGuard::~StateGuard() {
     glUseProgram(static_cast<GLuint>(program_));
     glBindProgramPipeline(static_cast<GLuint>(pipeline_));
     glBindVertexArray(static_cast<GLuint>(vertex_array_));
-    for (std::size_t i = 0; i < kBuffers; ++i) {
+    for (std::size_t i = 0; i < kUnits; ++i) {
         glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(i));
         glBindTexture(GL_TEXTURE_2D, static_cast<GLuint>(textures_[i]));
+        glBindTexture(GL_TEXTURE_2D_MULTISAMPLE, static_cast<GLuint>(multisample_textures_[i]));
         glBindSampler(static_cast<GLuint>(i), static_cast<GLuint>(samplers_[i]));
     }
     glActiveTexture(static_cast<GLenum>(active_texture_));
+}
+
+void set_place(GLuint framebuffer, const Region& viewport, const Region& scissor) noexcept {
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    glViewportIndexedf(
+        0,
+        static_cast<GLfloat>(viewport.x),
+        static_cast<GLfloat>(viewport.y),
+        static_cast<GLfloat>(viewport.width),
+        static_cast<GLfloat>(viewport.height)
+    );
+    glScissorIndexed(0, scissor.x, scissor.y, scissor.width, scissor.height);
 }
 
 void set_drawing_state(GLuint framebuffer, const Region& viewport, const Region& scissor) noexcept {
@@ -144,15 +158,7 @@ void set_drawing_state(GLuint framebuffer, const Region& viewport, const Region&
     glEnable(GL_MULTISAMPLE);
     glDisablei(GL_BLEND, 0);
     glEnablei(GL_SCISSOR_TEST, 0);
-    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-    glViewportIndexedf(
-        0,
-        static_cast<GLfloat>(viewport.x),
-        static_cast<GLfloat>(viewport.y),
-        static_cast<GLfloat>(viewport.width),
-        static_cast<GLfloat>(viewport.height)
-    );
-    glScissorIndexed(0, scissor.x, scissor.y, scissor.width, scissor.height);
+    set_place(framebuffer, viewport, scissor);
     for (GLuint buffer = 0; buffer < StateGuard::kBuffers; ++buffer) {
         glColorMaski(buffer, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     }
@@ -167,7 +173,7 @@ void set_drawing_state(GLuint framebuffer, const Region& viewport, const Region&
     glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
     glBindProgramPipeline(0);
     glActiveTexture(GL_TEXTURE0);
-    for (GLuint unit = 0; unit < StateGuard::kBuffers; ++unit) {
+    for (GLuint unit = 0; unit < StateGuard::kUnits; ++unit) {
         glBindSampler(unit, 0);
     }
 }

@@ -43,8 +43,11 @@ class StateGuard {
     };
     static constexpr std::size_t kClipDistances = 8;
 
-    /// Draw buffers: colours, and with positions points and layers. As many texture units.
+    /// Draw buffers: colours, and with positions points and layers.
     static constexpr std::size_t kBuffers = 3;
+
+    /// Texture units: what is in those buffers, and depths.
+    static constexpr std::size_t kUnits = 4;
 
   private:
     std::array<GLboolean, kOff.size()> off_{};
@@ -75,13 +78,17 @@ class StateGuard {
     GLint pipeline_ = 0;
     GLint vertex_array_ = 0;
     GLint active_texture_ = GL_TEXTURE0;
-    std::array<GLint, kBuffers> textures_{};
-    std::array<GLint, kBuffers> samplers_{};
+    std::array<GLint, kUnits> textures_{};
+    std::array<GLint, kUnits> multisample_textures_{};
+    std::array<GLint, kUnits> samplers_{};
 };
 
 /// Sets every state above to what geometry of a plan is drawn with: depth tested and written,
 /// reverse-z, scissored, opaque, filled, both sides. Blending is off, and premultiplied once on.
 void set_drawing_state(GLuint framebuffer, const Region& viewport, const Region& scissor) noexcept;
+
+/// Of the above, only where to draw.
+void set_place(GLuint framebuffer, const Region& viewport, const Region& scissor) noexcept;
 
 /// Sets what reading pixels into memory depends on, and puts it back when it goes.
 class ReadGuard {

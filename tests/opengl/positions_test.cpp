@@ -1,3 +1,4 @@
+#include "gpu/depth_scene.hpp"
 #include "gpu/flat_scene.hpp"
 #include "gpu/position_checks.hpp"
 #include "opengl/device.hpp"
@@ -77,6 +78,17 @@ TEST_CASE("Which item a pixel shows, in front and behind, with holes and masks")
     CHECK(at(16, 32).point.x == Approx(0.0625).margin(1e-5));
     CHECK(at(16, 32).point.y == Approx(-0.0625).margin(1e-5));
     CHECK(at(16, 32).point.z == 0.0F);
+}
+
+TEST_CASE("Positions follow the depths of images") {
+    const CrossedBoards boards;
+    const auto device = Device::create(boards.scene);
+    if (device == nullptr) {
+        return;
+    }
+    const auto positions = opengl::OpenGLBackend::create(*device->source, {.positions = true});
+    REQUIRE(positions.has_value());
+    check_depth_positions(**positions, boards);
 }
 
 TEST_CASE("A source that writes no positions") {

@@ -429,7 +429,8 @@ ImageCacheOptions eager_options(int samples) {
     return options;
 }
 
-/// Frames of a cache, so that pages are made, images are made from images, and clipped ones too.
+/// Frames of a cache, so that pages are made, images are made from images, and clipped ones too;
+/// then images with depths.
 std::vector<Picture> walk_pictures(
     Backend& backend, const SmallWorld& world, int samples, const std::function<void()>& before
 ) {
@@ -449,6 +450,17 @@ std::vector<Picture> walk_pictures(
         pictures.push_back(backend.read_target(*target).value());
     }
     CHECK(cache->statistics().images_shown > 0);
+    for (const QuadDepth depth : {QuadDepth::plane, QuadDepth::texel}) {
+        FramePlan plan = plan_with_depths(depth);
+        plan.cache = 1;
+        plan.pages[0].samples = samples;
+        const auto executed = backend.execute(plan, *target, {});
+        if (!executed) {
+            FAIL(executed.error().message);
+        }
+        pictures.push_back(backend.read_target(*target).value());
+        CHECK(pictures.back() != pictures.front());
+    }
     backend.destroy_target(*target);
     return pictures;
 }
