@@ -20,6 +20,7 @@
 #include <farfield/math/box3.hpp>
 #include <farfield/math/frustum.hpp>
 #include <farfield/math/plane.hpp>
+#include <farfield/math/triangle_box.hpp>
 #include <farfield/math/view.hpp>
 #include <farfield/metric/angular_discrepancy.hpp>
 #include <farfield/metric/angular_discrepancy_batch.hpp>
