@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,7 @@ bool holds(const Box3f& outer, const Box3f& inner) {
 }
 
 /// A box must be empty exactly where it has no contents, and finite otherwise.
-bool fits_count(const Box3f& box, std::uint32_t count) {
+bool fits_count(const Box3f& box, std::uint64_t count) {
     return count == 0 ? is_empty(box) : !is_empty(box) && is_finite(box);
 }
 
@@ -49,25 +50,61 @@ Result<void> check_boxes(
                 std::to_string(node.item_count) + " less " + std::to_string(empty) + " holes"
         );
     }
-    if (!fits_count(node.pieces_box, node.piece_count)) {
+    if (!fits_count(node.pieces_box, std::uint64_t{node.piece_count} + node.guest_count)) {
         return fail(
             ErrorCode::bad_data,
             node_name(index) + "pieces_box does not fit piece_count " +
+                std::to_string(node.piece_count) + " and guest_count " +
+                std::to_string(node.guest_count)
+        );
+    }
+    if (!fits_count(whole_pieces_box(hierarchy, index), node.piece_count)) {
+        return fail(
+            ErrorCode::bad_data,
+            node_name(index) + "whole_pieces_boxes does not fit piece_count " +
                 std::to_string(node.piece_count)
         );
     }
     return {};
 }
 
-/// Pieces of a leaf lie inside the piece array (its ranges were checked on the way down).
+/// Pieces and guests of a leaf lie inside their arrays (its ranges were checked on the way down).
 Result<void> check_leaf(const Hierarchy& hierarchy, std::size_t index) {
     const HierarchyNode& node = hierarchy.nodes[index];
+    if (!node.image_level) {
+        return fail(
+            ErrorCode::bad_data, node_name(index) + "image_level is false, expected true at a leaf"
+        );
+    }
     std::uint64_t primitives = 0;
+    std::uint64_t begin = 0;
+    std::uint64_t end = 0;
     for (std::uint32_t piece = 0; piece < node.piece_count; ++piece) {
-        primitives += hierarchy.pieces[node.first_piece + piece].count;
+        const Piece& own = hierarchy.pieces[node.first_piece + piece];
+        begin = piece == 0 ? own.first : begin;
+        end = std::uint64_t{own.first} + own.count;
+        primitives += own.count;
     }
     if (node.piece_primitives != primitives) {
         return wrong(index, "piece_primitives", node.piece_primitives, primitives);
+    }
+    std::uint64_t guest_primitives = 0;
+    std::uint64_t last_end = 0;
+    for (std::uint32_t guest = 0; guest < node.guest_count; ++guest) {
+        const Piece& run = hierarchy.guests[node.first_guest + guest];
+        const std::uint64_t run_end = std::uint64_t{run.first} + run.count;
+        if (run.first < last_end || (run.first < end && run_end > begin)) {
+            return fail(
+                ErrorCode::bad_data,
+                node_name(index) + "guest " + std::to_string(node.first_guest + guest) +
+                    " has primitives that are in the leaf already, or is out of order"
+            );
+        }
+        last_end = run_end;
+        guest_primitives += run.count;
+    }
+    if (node.guest_primitives != guest_primitives) {
+        return wrong(index, "guest_primitives", node.guest_primitives, guest_primitives);
     }
     if (node.item_count == 0 && node.item_primitives != 0) {
         return wrong(index, "item_primitives", node.item_primitives, 0);
@@ -91,6 +128,21 @@ Result<void> check_leaf(const Hierarchy& hierarchy, std::size_t index) {
         return wrong(index, "item_primitives", node.item_primitives, item_primitives);
     }
     return {};
+}
+
+/// True when a clipped subtree is on its side of the plane above it, touching allowed.
+bool on_its_side(const Plane& plane, const Box3f& box, bool in_front) {
+    if (is_empty(box)) {
+        return true;
+    }
+    float least = std::numeric_limits<float>::infinity();
+    float most = -least;
+    for (unsigned index = 0; index < 8; ++index) {
+        const float distance = signed_distance(plane, corner(box, index));
+        least = std::min(least, distance);
+        most = std::max(most, distance);
+    }
+    return in_front ? least >= 0.0F : most <= 0.0F;
 }
 
 Result<void> check_interior(const Hierarchy& hierarchy, std::size_t index) {
@@ -122,8 +174,10 @@ Result<void> check_interior(const Hierarchy& hierarchy, std::size_t index) {
     }
     std::uint64_t items = node.first_item;
     std::uint64_t pieces = node.first_piece;
+    std::uint64_t guests = node.first_guest;
     std::uint64_t item_primitives = 0;
     std::uint64_t piece_primitives = 0;
+    std::uint64_t guest_primitives = 0;
     for (std::size_t child = node.first_child; child < node.first_child + 2ULL; ++child) {
         const HierarchyNode& below = nodes[child];
         if (below.parent != index) {
@@ -135,15 +189,28 @@ Result<void> check_interior(const Hierarchy& hierarchy, std::size_t index) {
         if (below.first_piece != pieces) {
             return wrong(child, "first_piece", below.first_piece, pieces);
         }
-        if (!holds(node.items_box, below.items_box) || !holds(node.pieces_box, below.pieces_box)) {
+        if (below.first_guest != guests) {
+            return wrong(child, "first_guest", below.first_guest, guests);
+        }
+        if (!holds(node.items_box, below.items_box) || !holds(node.pieces_box, below.pieces_box) ||
+            !holds(whole_pieces_box(hierarchy, index), whole_pieces_box(hierarchy, child))) {
             return fail(
                 ErrorCode::bad_data, node_name(child) + "a box reaches out of that of its parent"
             );
         }
+        if (hierarchy.clip_leaves &&
+            !on_its_side(node.plane, below.pieces_box, child != node.first_child)) {
+            return fail(
+                ErrorCode::bad_data,
+                node_name(child) + "pieces_box crosses the plane of its parent, though leaves clip"
+            );
+        }
         items += below.item_count;
         pieces += below.piece_count;
+        guests += below.guest_count;
         item_primitives += below.item_primitives;
         piece_primitives += below.piece_primitives;
+        guest_primitives += below.guest_primitives;
     }
     if (items != std::uint64_t{node.first_item} + node.item_count) {
         return wrong(index, "item_count", node.item_count, items - node.first_item);
@@ -157,6 +224,12 @@ Result<void> check_interior(const Hierarchy& hierarchy, std::size_t index) {
     if (node.piece_primitives != piece_primitives) {
         return wrong(index, "piece_primitives", node.piece_primitives, piece_primitives);
     }
+    if (guests != std::uint64_t{node.first_guest} + node.guest_count) {
+        return wrong(index, "guest_count", node.guest_count, guests - node.first_guest);
+    }
+    if (node.guest_primitives != guest_primitives) {
+        return wrong(index, "guest_primitives", node.guest_primitives, guest_primitives);
+    }
     return {};
 }
 
@@ -168,6 +241,7 @@ Result<void> check_root(const Hierarchy& hierarchy) {
          {std::pair{"nodes", hierarchy.nodes.size()},
           std::pair{"items", hierarchy.items.size()},
           std::pair{"pieces", hierarchy.pieces.size()},
+          std::pair{"guests", hierarchy.guests.size()},
           std::pair{"primitives", hierarchy.primitives.size()}}) {
         if (size > UINT32_MAX) {
             return fail(
@@ -208,6 +282,26 @@ Result<void> check_root(const Hierarchy& hierarchy) {
     }
     if (root.piece_count != hierarchy.pieces.size()) {
         return wrong(0, "piece_count", root.piece_count, hierarchy.pieces.size());
+    }
+    if (root.first_guest != 0) {
+        return wrong(0, "first_guest", root.first_guest, 0);
+    }
+    if (root.guest_count != hierarchy.guests.size()) {
+        return wrong(0, "guest_count", root.guest_count, hierarchy.guests.size());
+    }
+    if (!root.image_level) {
+        return fail(
+            ErrorCode::bad_data, node_name(0) + "image_level is false, expected true at the root"
+        );
+    }
+    const std::size_t boxes = hierarchy.clip_leaves ? hierarchy.nodes.size() : 0;
+    if (hierarchy.whole_pieces_boxes.size() != boxes) {
+        return fail(
+            ErrorCode::bad_data,
+            "hierarchy: whole_pieces_boxes has " +
+                std::to_string(hierarchy.whole_pieces_boxes.size()) + " entries, expected " +
+                std::to_string(boxes)
+        );
     }
     return {};
 }
@@ -409,6 +503,48 @@ Result<void> check_pieces(const Hierarchy& hierarchy) {
     return {};
 }
 
+/// Guests are runs of primitives of their item, which pieces have; only where leaves clip.
+Result<void> check_guests(const Hierarchy& hierarchy) {
+    if (!hierarchy.clip_leaves && !hierarchy.guests.empty()) {
+        return fail(
+            ErrorCode::bad_data,
+            "hierarchy: guests has " + std::to_string(hierarchy.guests.size()) +
+                " entries, expected none where clip_leaves is false"
+        );
+    }
+    for (std::size_t index = 0; index < hierarchy.guests.size(); ++index) {
+        const Piece& guest = hierarchy.guests[index];
+        const std::string name = "hierarchy: guest " + std::to_string(index) + ": ";
+        const std::uint64_t end = std::uint64_t{guest.first} + guest.count;
+        if (guest.count == 0 || end > hierarchy.primitives.size()) {
+            return fail(
+                ErrorCode::bad_data,
+                name + "first is " + std::to_string(guest.first) + ", count is " +
+                    std::to_string(guest.count) + ", expected a run of the " +
+                    std::to_string(hierarchy.primitives.size()) + " primitives"
+            );
+        }
+        // The piece that holds the first of them; pieces follow each other without gaps.
+        auto piece = std::upper_bound(
+            hierarchy.pieces.begin(),
+            hierarchy.pieces.end(),
+            guest.first,
+            [](std::uint32_t first, const Piece& other) { return first < other.first; }
+        );
+        for (--piece; piece != hierarchy.pieces.end() && piece->first < end; ++piece) {
+            if (piece->item != guest.item) {
+                return fail(
+                    ErrorCode::bad_data,
+                    name + "item is " + std::to_string(index_of(guest.item)) +
+                        ", though it has primitives of item " +
+                        std::to_string(index_of(piece->item))
+                );
+            }
+        }
+    }
+    return {};
+}
+
 /// No item twice, whole or split; the primitives of each split item are 0 .. n - 1, once each.
 Result<void> check_membership(const Hierarchy& hierarchy) {
     std::vector<ItemId> whole = hierarchy.items;
@@ -509,6 +645,7 @@ std::uint64_t memory_bytes(const Hierarchy& hierarchy) noexcept {
            hierarchy.primitives.capacity() * sizeof(std::uint32_t) +
            hierarchy.block_boxes.capacity() * sizeof(Box3f) +
            hierarchy.guests.capacity() * sizeof(Piece) +
+           hierarchy.whole_pieces_boxes.capacity() * sizeof(Box3f) +
            hierarchy.item_boxes.capacity() * sizeof(Box3f) +
            hierarchy.item_primitives.capacity() * sizeof(std::uint64_t) +
            hierarchy.item_places.capacity() * sizeof(std::uint32_t) +
@@ -517,7 +654,12 @@ std::uint64_t memory_bytes(const Hierarchy& hierarchy) noexcept {
 
 Result<void> validate(const Hierarchy& hierarchy) {
     for (const auto check :
-         {check_root, check_pieces, check_item_tables, check_nodes, check_membership}) {
+         {check_root,
+          check_pieces,
+          check_guests,
+          check_item_tables,
+          check_nodes,
+          check_membership}) {
         if (auto checked = check(hierarchy); !checked) {
             return checked;
         }

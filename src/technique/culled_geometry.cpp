@@ -20,8 +20,10 @@ struct GeometryWalk {
         const Overlap items = with_items && !is_empty(node.items_box)
                                   ? classify(frustum, node.items_box)
                                   : Overlap::outside;
-        const Overlap pieces =
-            node.piece_count > 0 ? classify(frustum, node.pieces_box) : Overlap::outside;
+        // Pieces are drawn whole here, whether leaves clip or not.
+        const Overlap pieces = node.piece_count > 0
+                                   ? classify(frustum, whole_pieces_box(hierarchy, index))
+                                   : Overlap::outside;
         const bool seen = items != Overlap::outside || pieces != Overlap::outside;
         if (!seen) {
             return;

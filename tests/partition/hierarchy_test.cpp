@@ -33,6 +33,30 @@ Hierarchy small_tree() {
     return *tree;
 }
 
+struct Damage {
+    const char* message; ///< part of what validate must say
+    std::function<void(Hierarchy&)> inflict;
+};
+
+/// The same tree, each leaf clipped to its half and with the neighbour's nearest primitive as its
+/// guest.
+Hierarchy clipped_tree() {
+    Hierarchy tree = small_tree();
+    tree.clip_leaves = true;
+    for (const HierarchyNode& node : tree.nodes) {
+        tree.whole_pieces_boxes.push_back(node.pieces_box);
+    }
+    tree.guests = {{ItemId{1}, 2, 1}, {ItemId{1}, 1, 1}};
+    tree.nodes[0].guest_count = 2;
+    tree.nodes[0].guest_primitives = 2;
+    for (const std::uint32_t leaf : {1U, 2U}) {
+        tree.nodes[leaf].first_guest = leaf - 1;
+        tree.nodes[leaf].guest_count = 1;
+        tree.nodes[leaf].guest_primitives = 1;
+    }
+    return tree;
+}
+
 /// As a hierarchy is whose items cannot move.
 void forget_item_tables(Hierarchy& tree) {
     tree.item_boxes.clear();
@@ -66,12 +90,13 @@ TEST_CASE("memory_bytes counts what the arrays hold", "[hierarchy]") {
     tree.item_primitives.resize(23);
     tree.item_places.resize(29);
     tree.moving.resize(31);
+    tree.whole_pieces_boxes.resize(37);
     CHECK(
         memory_bytes(tree) >= 3 * sizeof(HierarchyNode) + 5 * sizeof(ItemId) + 7 * sizeof(Piece) +
                                   11 * sizeof(std::uint32_t) + 13 * sizeof(Box3f) +
                                   17 * sizeof(Piece) + 19 * sizeof(Box3f) +
                                   23 * sizeof(std::uint64_t) + 29 * sizeof(std::uint32_t) +
-                                  31 * sizeof(MovingItem)
+                                  31 * sizeof(MovingItem) + 37 * sizeof(Box3f)
     );
     const std::uint64_t before = memory_bytes(tree);
     tree.primitives.reserve(tree.primitives.capacity() + 100);
@@ -88,10 +113,6 @@ TEST_CASE("the far child is the one across the plane", "[hierarchy]") {
 
 TEST_CASE("validate finds every kind of damage", "[hierarchy]") {
     constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-    struct Damage {
-        const char* message; ///< part of what validate must say
-        std::function<void(Hierarchy&)> inflict;
-    };
     const std::vector<Damage> damages{
         {"no nodes", [](Hierarchy& tree) { tree.nodes.clear(); }},
         {"origin is nan", [](Hierarchy& tree) { tree.origin.y = std::nan(""); }},
@@ -186,6 +207,17 @@ TEST_CASE("validate finds every kind of damage", "[hierarchy]") {
              tree.item_places[1] = 2;
              tree.moving.push_back({ItemId{1}, {}, 1, 0, {}});
          }},
+        {"node 0: image_level", [](Hierarchy& tree) { tree.nodes[0].image_level = false; }},
+        {"node 2: image_level", [](Hierarchy& tree) { tree.nodes[2].image_level = false; }},
+        {"guests has 1 entries, expected none",
+         [](Hierarchy& tree) {
+             tree.nodes[0].guest_count = 1;
+             tree.guests.push_back({ItemId{1}, 2, 1});
+         }},
+        {"whole_pieces_boxes has 0 entries, expected 3",
+         [](Hierarchy& tree) { tree.clip_leaves = true; }},
+        {"whole_pieces_boxes has 3 entries, expected 0",
+         [](Hierarchy& tree) { tree.whole_pieces_boxes.resize(3); }},
         {"piece 1: item is none", [](Hierarchy& tree) { tree.pieces[1].item = kNone<ItemId>; }},
         {"piece 1: first is 1", [](Hierarchy& tree) { tree.pieces[1].first = 1; }},
         {"piece 1: count is 3", [](Hierarchy& tree) { tree.pieces[1].count = 3; }},
@@ -211,6 +243,63 @@ TEST_CASE("validate finds every kind of damage", "[hierarchy]") {
         CHECK(checked.error().code == ErrorCode::bad_data);
         CHECK_THAT(checked.error().message, Catch::Contains(damage.message));
     }
+}
+
+TEST_CASE("validate finds damage where leaves clip", "[hierarchy]") {
+    support::require_valid(clipped_tree());
+    const std::vector<Damage> damages{
+        {"node 0: first_guest is 1", [](Hierarchy& tree) { tree.nodes[0].first_guest = 1; }},
+        {"node 0: guest_count is 1", [](Hierarchy& tree) { tree.nodes[0].guest_count = 1; }},
+        {"node 2: first_guest is 0", [](Hierarchy& tree) { tree.nodes[2].first_guest = 0; }},
+        {"node 0: guest_count is 2, expected 3",
+         [](Hierarchy& tree) { tree.nodes[2].guest_count = 2; }},
+        {"node 0: guest_primitives is 3",
+         [](Hierarchy& tree) { ++tree.nodes[0].guest_primitives; }},
+        {"node 1: guest_primitives is 2",
+         [](Hierarchy& tree) {
+             ++tree.nodes[1].guest_primitives;
+             ++tree.nodes[0].guest_primitives;
+         }},
+        {"guest 0: first is 2, count is 0", [](Hierarchy& tree) { tree.guests[0].count = 0; }},
+        {"guest 0: first is 2, count is 3", [](Hierarchy& tree) { tree.guests[0].count = 3; }},
+        {"guest 1: item is 0, though", [](Hierarchy& tree) { tree.guests[1].item = ItemId{0}; }},
+        // In the leaf as a piece already, wholly or by its end; the same one twice.
+        {"node 1: guest 0", [](Hierarchy& tree) { tree.guests[0].first = 0; }},
+        {"node 1: guest 0",
+         [](Hierarchy& tree) {
+             tree.guests[0] = {ItemId{1}, 1, 2};
+         }},
+        {"node 1: guest 1",
+         [](Hierarchy& tree) {
+             tree.guests = {{ItemId{1}, 2, 1}, {ItemId{1}, 2, 1}};
+             tree.nodes[1].guest_count = 2;
+             tree.nodes[2].guest_count = 0;
+             tree.nodes[2].first_guest = 2;
+         }},
+        {"node 2: pieces_box crosses", [](Hierarchy& tree) { tree.nodes[2].pieces_box.lo.x = -1; }},
+        {"node 1: whole_pieces_boxes", [](Hierarchy& tree) { tree.whole_pieces_boxes[1] = {}; }},
+        {"node 2: a box reaches out",
+         [](Hierarchy& tree) { tree.whole_pieces_boxes[2].hi.y = 7.0F; }},
+        {"node 1: pieces_box does not fit piece_count 1 and guest_count 1",
+         [](Hierarchy& tree) { tree.nodes[1].pieces_box = {}; }},
+    };
+    for (const Damage& damage : damages) {
+        Hierarchy tree = clipped_tree();
+        damage.inflict(tree);
+        const Result<void> checked = validate(tree);
+        CAPTURE(damage.message);
+        REQUIRE_FALSE(checked.has_value());
+        CHECK(checked.error().code == ErrorCode::bad_data);
+        CHECK_THAT(checked.error().message, Catch::Contains(damage.message));
+    }
+}
+
+TEST_CASE("pieces that are drawn whole have their own boxes where leaves clip", "[hierarchy]") {
+    Hierarchy tree = clipped_tree();
+    tree.nodes[1].pieces_box.hi.x = -2.0F;
+    CHECK(whole_pieces_box(tree, 1).hi.x == 0.0F);
+    tree.clip_leaves = false;
+    CHECK(whole_pieces_box(tree, 1).hi.x == -2.0F);
 }
 
 TEST_CASE("validate takes a tree without block boxes", "[hierarchy]") {

@@ -4,12 +4,14 @@
 #include <farfield/core/result.hpp>
 #include <farfield/math/box3.hpp>
 #include <farfield/math/plane.hpp>
+#include <farfield/math/triangle_box.hpp>
 
 #include <glm/vec3.hpp>
 
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <variant>
 #include <vector>
 
 namespace farfield {
@@ -24,6 +26,13 @@ struct Object {
 /// World box of primitive `primitive` of object `object`. Called only for splittable objects, in
 /// any order.
 using PrimitiveBounds = std::function<Box3d(std::uint32_t object, std::uint32_t primitive)>;
+
+/// World corners of primitive `primitive` of object `object`, for builders that ask what it really
+/// reaches. Called only for splittable objects, in any order, any number of times.
+using PrimitiveTriangle = std::function<Triangle3d(std::uint32_t object, std::uint32_t primitive)>;
+
+/// What an engine tells of its primitives: a callable of either kind is one.
+using PrimitiveShape = std::variant<PrimitiveBounds, PrimitiveTriangle>;
 
 /// A run of primitives of one split item: `count` entries of `Hierarchy::primitives` from `first`.
 struct Piece {
@@ -46,9 +55,11 @@ struct HierarchyNode {
     std::uint32_t piece_count = 0;      ///< of the whole subtree
     std::uint64_t item_primitives = 0;  ///< primitives of the whole items, instances counted
     std::uint64_t piece_primitives = 0; ///< primitives of the pieces
-    Plane plane;      ///< interior: separates child 0 (behind it) from child 1 (in front of it)
-    Box3f items_box;  ///< around the whole items of the subtree; empty when there are none
-    Box3f pieces_box; ///< around the pieces of the subtree; empty when there are none
+    Plane plane;     ///< interior: separates child 0 (behind it) from child 1 (in front of it)
+    Box3f items_box; ///< around the whole items of the subtree; empty when there are none
+    /// Around the pieces of the subtree; empty when there are none. With `Hierarchy::clip_leaves`
+    /// around the parts of pieces and guests inside the cells.
+    Box3f pieces_box;
     std::uint32_t first_guest = 0;      ///< into `Hierarchy::guests`
     std::uint32_t guest_count = 0;      ///< of the whole subtree
     std::uint64_t guest_primitives = 0; ///< primitives of the guests
@@ -89,7 +100,8 @@ struct Hierarchy {
     /// part of a piece can be picked without its geometry. Empty: pieces are drawn whole.
     std::vector<Box3f> block_boxes;
     static constexpr std::uint32_t kBlockPrimitives = 16;
-    /// Runs of `primitives` that lie in other leaves and reach into this one, leaf by leaf. Only
+    /// Runs of `primitives` that lie in other leaves and reach into this one, leaf by leaf,
+    /// ascending and apart within a leaf; a run may go through several pieces of its item. Only
     /// partitions that clip have them.
     std::vector<Piece> guests;
     /// How the surfaces of leaves are kept apart where images are shown. False: each primitive is
@@ -97,6 +109,9 @@ struct Hierarchy {
     /// clipped to the `pieces_box` of the leaf, which is then part of its cell. Where nothing is
     /// replaced by images, pieces alone draw everything once.
     bool clip_leaves = false;
+    /// Boxes around the pieces of every node, by node, as they are and unclipped: which leaves to
+    /// draw where pieces are drawn whole. Empty without `clip_leaves`: `pieces_box` is that box.
+    std::vector<Box3f> whole_pieces_boxes;
     /// How far split surfaces reach beyond their cell in images, to hide cracks: a fraction of the
     /// cell's extent, half on each side. [0, 1]
     float inflation = 0.0F;
@@ -131,7 +146,14 @@ struct Hierarchy {
     return unite(node.items_box, node.pieces_box);
 }
 
-/// Everything under a node [primitives].
+/// Box around the pieces of a node as they are, unclipped; empty when there are none.
+[[nodiscard]] inline const Box3f&
+whole_pieces_box(const Hierarchy& hierarchy, std::size_t node) noexcept {
+    return hierarchy.clip_leaves ? hierarchy.whole_pieces_boxes[node]
+                                 : hierarchy.nodes[node].pieces_box;
+}
+
+/// Everything under a node, guests apart [primitives].
 [[nodiscard]] inline std::uint64_t primitive_count(const HierarchyNode& node) noexcept {
     return node.item_primitives + node.piece_primitives;
 }
@@ -149,10 +171,11 @@ struct Hierarchy {
 /// depth-first ranges that nest, counts that add up, unit normals, boxes that hold those of the
 /// children and are empty exactly without contents, a finite box for every block where there are
 /// any, no item in two places, boxes, costs and places of items that fit each other and their
-/// leaves, `moving` included, and holes only where items can move, the primitives of each
-/// split item 0 to n - 1 in exactly one leaf each, and `quality` but for `cut_items`, which the
-/// tree alone does not tell. For hierarchies that did not come from one of our builders, and for
-/// tests.
+/// leaves, `moving` included, and holes only where items can move, the primitives of each split
+/// item 0 to n - 1 in exactly one leaf each, guests that lie in other leaves and once in a leaf,
+/// clipped leaves on their sides of all planes above them, image levels at the root and at leaves,
+/// and `quality` but for `cut_items`, which the tree alone does not tell. For hierarchies that did
+/// not come from one of our builders, and for tests.
 /// @return an error that names the node, piece or item, the field and the value
 /// @par Cost O(n log n) time, O(n) memory
 [[nodiscard]] Result<void> validate(const Hierarchy& hierarchy);
