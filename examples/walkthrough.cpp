@@ -362,7 +362,8 @@ int main(int argc, char** argv) {
     app.add_option(
         "--cost-model", options.run.cost_model, "file, or 'measure'; a stored one if not given"
     );
-    app.add_option("--preset", options.run.preset)->check(CLI::IsMember({"shade1996"}));
+    app.add_option("--preset", options.run.preset)
+        ->check(CLI::IsMember({"shade1996", "schaufler1996"}));
     app.add_option("--error-px", options.run.cache.error_px, "largest displacement [px]");
     app.add_option("--frames", options.world.frames, "how many frames of the path, at its own pace")
         ->check(CLI::Range(1, 10'000'000));
@@ -394,10 +395,7 @@ int main(int argc, char** argv) {
         {"first", SurfacePlacement::first}};
     app.add_option("--surfaces", options.run.cache.surfaces, "where split surfaces are drawn")
         ->transform(CLI::CheckedTransformer(placements));
-    const std::map<std::string, ImageValidity> validities = {
-        {"angle", ImageValidity::angle}, {"zone", ImageValidity::zone}};
-    app.add_option("--validity", options.run.cache.validity, "when images may still be shown")
-        ->transform(CLI::CheckedTransformer(validities));
+    run::add_axis_options(app, options.run);
     app.add_option("--directions", options.world.bsp.directions, "of splitting planes around up");
     app.add_flag(
         "--split-vertically", options.world.bsp.split_vertically, "splits storeys as well"

@@ -40,6 +40,33 @@ void add_scene_options(CLI::App& app, WorldOptions& options) {
     }
 }
 
+void add_axis_options(CLI::App& app, RunOptions& options) {
+    const std::map<std::string, ImageValidity> validities = {
+        {"angle", ImageValidity::angle},
+        {"zone", ImageValidity::zone},
+        {"impostor-angles", ImageValidity::impostor_angles},
+        {"bound", ImageValidity::bound}};
+    app.add_option("--validity", options.validity, "when images may still be shown")
+        ->transform(CLI::CheckedTransformer(validities));
+    const std::map<std::string, ImageOrientation> orientations = {
+        {"view-aligned", ImageOrientation::view_aligned},
+        {"facing-eye", ImageOrientation::facing_eye}};
+    app.add_option("--orientation", options.orientation, "of the planes of images")
+        ->transform(CLI::CheckedTransformer(orientations));
+    const std::map<std::string, ImagePolicy> policies = {
+        {"amortized", ImagePolicy::amortized},
+        {"whenever-possible", ImagePolicy::whenever_possible}};
+    app.add_option("--policy", options.policy, "which images are made")
+        ->transform(CLI::CheckedTransformer(policies));
+    const std::map<std::string, QuadDepth> depths = {
+        {"none", QuadDepth::none}, {"plane", QuadDepth::plane}, {"texel", QuadDepth::texel}};
+    app.add_option("--quad-depth", options.cache.quad_depth, "how images stand in depth")
+        ->transform(CLI::CheckedTransformer(depths));
+    app.add_flag(
+        "--all-around", options.cache.all_around, "keeps images of what is behind the viewer"
+    );
+}
+
 Result<void> make_folder(const std::string& folder) {
     if (folder.empty()) {
         return {};

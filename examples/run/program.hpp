@@ -1,5 +1,6 @@
 #pragma once
 
+#include "run/technique.hpp"
 #include "run/world.hpp"
 #include <farfield/core/result.hpp>
 
@@ -14,6 +15,10 @@ namespace farfield::run {
 /// Adds the options that say which scene is seen how large: --scene, --size, --up, --path, and the
 /// parameters of every scene of the catalogue.
 void add_scene_options(CLI::App& app, WorldOptions& options);
+
+/// Adds the options that say how an image cache decides: --validity, --orientation and --policy in
+/// place of the preset's, --quad-depth, --all-around.
+void add_axis_options(CLI::App& app, RunOptions& options);
 
 /// Makes a folder, and those above it. An empty name makes none.
 [[nodiscard]] Result<void> make_folder(const std::string& folder);

@@ -44,11 +44,22 @@ choose_cost_model(const World& world, const RunOptions& options, Backend& backen
     return eval::load_cost_model(options.cost_model);
 }
 
+/// What the preset and the options beside it come to.
+ImageCacheOptions cache_options(const RunOptions& options) {
+    ImageCacheOptions cache = options.preset == "schaufler1996"
+                                  ? presets::schaufler1996(options.cache)
+                                  : presets::shade1996(options.cache);
+    cache.validity = options.validity.value_or(cache.validity);
+    cache.orientation = options.orientation.value_or(cache.orientation);
+    cache.policy = options.policy.value_or(cache.policy);
+    return cache;
+}
+
 } // namespace
 
 Result<void> validate(const RunOptions& options) {
     constexpr std::array<std::string_view, 3> kTechniques = {"geometry", "mesh-lod", "image-cache"};
-    constexpr std::array<std::string_view, 1> kPresets = {"shade1996"};
+    constexpr std::array<std::string_view, 2> kPresets = {"shade1996", "schaufler1996"};
     constexpr std::array<std::string_view, 2> kLevels = {"collapse", "cluster"};
     constexpr std::array<std::string_view, 3> kBackends = {"opengl", "embree", "null"};
     if (auto known = check_name("technique", options.technique, kTechniques); !known) {
@@ -91,8 +102,7 @@ Technique::create(const World& world, const RunOptions& options, Backend& backen
     if (!costs) {
         return tl::unexpected(costs.error());
     }
-    ImageCacheOptions cache = presets::shade1996(options.cache);
-    cache.validity = options.cache.validity;
+    ImageCacheOptions cache = cache_options(options);
     cache.costs = *costs;
     cache.frame_samples = options.samples;
     cache.image_budget_bytes = options.budget_mib << 20U;

@@ -19,12 +19,17 @@ namespace farfield::run {
 /// One technique on one backend. Names as the options of the programs.
 struct RunOptions {
     std::string technique = "image-cache"; ///< geometry, mesh-lod or image-cache
-    std::string preset = "shade1996";      ///< of an image cache
+    std::string preset = "shade1996";      ///< of an image cache: shade1996 or schaufler1996
     std::string levels = "collapse";       ///< of mesh-lod: collapse or cluster
     std::string backend = "opengl";        ///< opengl, embree or null
     /// File of a cost model; "measure"; empty: the stored one of the backend.
     std::string cost_model;
-    ImageCacheOptions cache; ///< `error_px` is that of mesh-lod as well
+    /// What the preset leaves open; `error_px` is that of mesh-lod as well.
+    ImageCacheOptions cache;
+    /// In place of what the preset says.
+    std::optional<ImageValidity> validity;
+    std::optional<ImageOrientation> orientation;
+    std::optional<ImagePolicy> policy;
     std::uint64_t budget_mib = 64;
     std::int32_t samples = 1; ///< per pixel of the frame
 };

@@ -31,6 +31,7 @@
 #include <farfield/metric/instruction_set.hpp>
 #include <farfield/metric/outcome.hpp>
 #include <farfield/metric/pixel_angle.hpp>
+#include <farfield/metric/pixel_conversion.hpp>
 #include <farfield/metric/projected_size.hpp>
 #include <farfield/metric/safety_zone.hpp>
 #include <farfield/metric/sprite_angle.hpp>
@@ -46,4 +47,5 @@
 #include <farfield/scene/scene.hpp>
 #include <farfield/technique/culled_geometry.hpp>
 #include <farfield/technique/image_cache.hpp>
+#include <farfield/technique/image_cache_options.hpp>
 #include <farfield/technique/mesh_lod.hpp>

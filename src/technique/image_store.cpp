@@ -12,8 +12,9 @@ namespace {
 constexpr std::int32_t kSmallestPage = 64;
 // Images not shown for this long make room before another page is made.
 constexpr std::uint64_t kIdleFrames = 120;
-// Colour, and colour with depth.
+// Colour, the depth that a page may keep beside it, and colour with the depth of a scratch page.
 constexpr std::uint64_t kPageTexelBytes = 4;
+constexpr std::uint64_t kPageDepthBytes = 2;
 constexpr std::uint64_t kScratchTexelBytes = 8;
 
 std::uint64_t square(std::int32_t size) noexcept {
@@ -27,7 +28,7 @@ ImageStore::ImageStore(const Options& options) : options_(options), budget_(opti
 }
 
 std::uint64_t ImageStore::page_bytes() const noexcept {
-    return square(page_size_) * kPageTexelBytes;
+    return square(page_size_) * (kPageTexelBytes + (options_.depth ? kPageDepthBytes : 0U));
 }
 
 std::uint64_t ImageStore::scratch_bytes() const noexcept {
@@ -80,7 +81,8 @@ bool ImageStore::make_page(std::vector<PageUpdate>& updates) noexcept {
          .page = id,
          .size = page_size_,
          .scratch = false,
-         .samples = 1}
+         .samples = 1,
+         .depth = options_.depth}
     );
     return true;
 }

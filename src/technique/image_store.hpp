@@ -8,6 +8,9 @@
 #include <farfield/policy/image_budget.hpp>
 #include <farfield/technique/image_cache.hpp>
 
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -16,11 +19,20 @@ namespace farfield {
 
 /// An image of a node: what it shows, where it is, and for how long it is right.
 struct CachedImage {
-    ImagePlane<float> plane; ///< eye that made it, plane of the quad
-    Box3f box;               ///< contents
-    Box3f zone;              ///< eyes for which it may be shown, by `ImageValidity::zone`
-    float baked_rad = 0.0F;  ///< error at the eye that made it of the images nested in it
-    glm::vec3 origin{0.0F};  ///< quad, as in `ImageQuad`
+    ImagePlane<float> plane;  ///< eye that made it, plane of the quad
+    Box3f box;                ///< contents
+    Box3f zone;               ///< eyes for which it may be shown, by `ImageValidity::zone`
+    float baked_rad = 0.0F;   ///< error at the eye that made it of the images nested in it
+    float error_rad = 0.0F;   ///< with `baked_rad`, when last measured
+    float allowed_rad = 0.0F; ///< threshold that `zone` was made for
+    glm::vec2 texel{0.0F};    ///< [m] width and height of its texels on its plane
+    float near_ratio = 1.0F;  ///< as in `ImageQuad`
+    float far_ratio = 1.0F;
+    std::uint64_t pixels = 0;          ///< number of the lens and resolution that it was made for
+    std::uint64_t appearance = 0;      ///< as in `ImageCache::set_appearance`
+    std::uint32_t content_version = 0; ///< of the node
+    std::uint32_t surface_version = 0; ///< of the hierarchy
+    glm::vec3 origin{0.0F};            ///< quad, as in `ImageQuad`
     glm::vec3 edge_u{0.0F};
     glm::vec3 edge_v{0.0F};
     PageId page = kNone<PageId>;
@@ -40,6 +52,7 @@ class ImageStore {
         std::uint64_t budget_bytes = 0;
         std::int32_t page_size = 0;
         std::int32_t samples = 1;
+        bool depth = false; ///< pages keep depth beside each texel
     };
     explicit ImageStore(const Options& options);
 

@@ -77,9 +77,18 @@ void PlanWriter::append(Command& target, const Piece& run) noexcept {
     ++target.piece_count;
 }
 
-void PlanWriter::image(const ImageQuad& quad) noexcept {
-    ++command(Command::Kind::images, Command::kNoClip).count;
+void PlanWriter::image(const ImageQuad& quad, QuadDepth depth) noexcept {
+    Command& target = command(Command::Kind::images, Command::kNoClip);
+    target.depth = depth;
+    ++target.count;
     plan_->quads.push_back(quad);
+}
+
+void PlanWriter::image_depths(std::size_t first_quad, QuadDepth depth) noexcept {
+    Command& target = command(Command::Kind::image_depths, Command::kNoClip);
+    target.depth = depth;
+    target.first = static_cast<std::uint32_t>(first_quad);
+    target.count = static_cast<std::uint32_t>(plan_->quads.size() - first_quad);
 }
 
 } // namespace farfield

@@ -37,7 +37,10 @@ class PlanWriter {
     void piece(const Piece& run, std::uint32_t clip) noexcept;
 
     /// One image.
-    void image(const ImageQuad& quad) noexcept;
+    void image(const ImageQuad& quad, QuadDepth depth) noexcept;
+
+    /// The depths of all images since the one at `first_quad`.
+    void image_depths(std::size_t first_quad, QuadDepth depth) noexcept;
 
   private:
     void append(Command& target, const Piece& run) noexcept;

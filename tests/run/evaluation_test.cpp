@@ -287,7 +287,8 @@ TEST_CASE("what there is none of is refused with what there is", "[evaluation]")
     );
     CHECK(
         message_of(plan_with("", R"(, "preset": "")")) ==
-        "plan.json: walks[0].runs[0]: preset \"\" does not exist, expected one of shade1996"
+        "plan.json: walks[0].runs[0]: preset \"\" does not exist, expected one of shade1996, "
+        "schaufler1996"
     );
     CHECK_THAT(
         message_of(plan_with("", R"(, "levels": "magic")")),

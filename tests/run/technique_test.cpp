@@ -71,7 +71,7 @@ TEST_CASE("names of what does not exist are refused with what does", "[technique
         options.preset = "shade";
         CHECK(
             message_of(run::validate(options)) ==
-            "preset \"shade\" does not exist, expected one of shade1996"
+            "preset \"shade\" does not exist, expected one of shade1996, schaufler1996"
         );
     }
     SECTION("levels") {

@@ -23,6 +23,10 @@ std::uint64_t bytes_of(const PageUpdate& page) {
     return texels * (page.scratch ? 8U * static_cast<std::uint64_t>(page.samples) : of_image);
 }
 
+bool within(const Box3f& inner, const Box3f& outer) {
+    return contains(outer, inner.lo) && contains(outer, inner.hi);
+}
+
 bool all_different(std::vector<std::uint32_t> numbers) {
     std::sort(numbers.begin(), numbers.end());
     return std::adjacent_find(numbers.begin(), numbers.end()) == numbers.end();
@@ -33,20 +37,31 @@ bool all_different(std::vector<std::uint32_t> numbers) {
 PlanReplay::PlanReplay(const Hierarchy& hierarchy, const Options& options)
     : hierarchy_(&hierarchy), options_(options), leaf_of_primitive_(hierarchy.primitives.size()),
       ranks_(hierarchy.nodes.size()), last_ranks_(hierarchy.nodes.size()) {
-    for (std::uint32_t index = 0; index < hierarchy.nodes.size(); ++index) {
-        const HierarchyNode& node = hierarchy.nodes[index];
+    find_places();
+}
+
+void PlanReplay::find_places() {
+    known_version_ = hierarchy_->nodes[0].content_version;
+    for (std::uint32_t index = 0; index < hierarchy_->nodes.size(); ++index) {
+        const HierarchyNode& node = hierarchy_->nodes[index];
         if (!is_leaf(node)) {
             continue;
         }
         for (std::uint32_t i = 0; i < node.item_count; ++i) {
-            const std::size_t item = index_of(hierarchy.items[node.first_item + i]);
-            leaf_of_item_.resize(std::max(leaf_of_item_.size(), item + 1));
-            leaf_of_item_[item] = index;
+            const ItemId item = hierarchy_->items[node.first_item + i];
+            if (item != kNone<ItemId>) {
+                leaf_of_item_.resize(std::max(leaf_of_item_.size(), index_of(item) + 1), kMoves);
+                leaf_of_item_[index_of(item)] = index;
+            }
         }
         for (std::uint32_t i = 0; i < node.piece_count; ++i) {
-            const Piece& piece = hierarchy.pieces[node.first_piece + i];
+            const Piece& piece = hierarchy_->pieces[node.first_piece + i];
             std::fill_n(leaf_of_primitive_.begin() + piece.first, piece.count, index);
         }
+    }
+    for (const MovingItem& mover : hierarchy_->moving) {
+        leaf_of_item_.resize(std::max(leaf_of_item_.size(), index_of(mover.item) + 1), kMoves);
+        leaf_of_item_[index_of(mover.item)] = kMoves;
     }
 }
 
@@ -106,6 +121,91 @@ void PlanReplay::read_pieces(
     }
 }
 
+std::uint32_t PlanReplay::clipped_leaf(const FramePlan& plan, const Command& command) const {
+    const Box3f& clip = plan.clips.at(command.clip);
+    std::vector<Piece> drawn(
+        plan.pieces.begin() + command.first_piece,
+        plan.pieces.begin() + command.first_piece + command.piece_count
+    );
+    const auto primitives = [](const std::vector<Piece>& runs) {
+        std::vector<std::uint32_t> positions;
+        for (const Piece& run : runs) {
+            for (std::uint32_t i = 0; i < run.count; ++i) {
+                positions.push_back(run.first + i);
+            }
+        }
+        std::sort(positions.begin(), positions.end());
+        return positions;
+    };
+    const std::vector<std::uint32_t> positions = primitives(drawn);
+    for (std::uint32_t index = 0; index < hierarchy_->nodes.size(); ++index) {
+        const HierarchyNode& node = hierarchy_->nodes[index];
+        // Enlarged by no more than the builder found guests for, and by rounding.
+        const glm::vec3 size = extent(node.pieces_box);
+        const float rounding = 1e-3F * std::max({size.x, size.y, size.z, 1.0F});
+        if (!is_leaf(node) || is_empty(node.pieces_box) || !within(node.pieces_box, clip) ||
+            !within(
+                clip, inflate(node.pieces_box, 0.5F * hierarchy_->inflation * size + rounding)
+            )) {
+            continue;
+        }
+        std::vector<Piece> all(
+            hierarchy_->pieces.begin() + node.first_piece,
+            hierarchy_->pieces.begin() + node.first_piece + node.piece_count
+        );
+        all.insert(
+            all.end(),
+            hierarchy_->guests.begin() + node.first_guest,
+            hierarchy_->guests.begin() + node.first_guest + node.guest_count
+        );
+        if (primitives(all) == positions) {
+            return index;
+        }
+    }
+    broken("a clipped command draws what is no leaf");
+}
+
+void PlanReplay::check_current(const ReplayedImage& image) const {
+    const bool surfaces_matter =
+        !hierarchy_->pieces.empty() &&
+        (options_.surfaces == SurfacePlacement::first || !hierarchy_->clip_leaves);
+    if (image.content_version != hierarchy_->nodes[image.node].content_version ||
+        image.appearance != appearance_ ||
+        (surfaces_matter && image.surface_version != hierarchy_->surface_version)) {
+        broken("an image of what has changed since");
+    }
+    for (const ImagePtr& nested : image.nested) {
+        check_current(*nested);
+    }
+}
+
+void PlanReplay::check_movers(const Frustum& frustum, const Contents& contents) const {
+    std::vector<std::uint32_t> drawn;
+    for (const ItemId item : contents.movers) {
+        drawn.push_back(static_cast<std::uint32_t>(index_of(item)));
+    }
+    if (!all_different(drawn)) {
+        broken("an item that moves is drawn twice");
+    }
+    for (const MovingItem& mover : hierarchy_->moving) {
+        if (is_empty(mover.box)) {
+            continue;
+        }
+        const bool seen = classify(frustum, mover.box) != Overlap::outside;
+        const bool shown = std::find(contents.movers.begin(), contents.movers.end(), mover.item) !=
+                           contents.movers.end();
+        if (seen != shown) {
+            broken("an item that moves is missing, or drawn where it is not");
+        }
+        for (const ImagePtr& image : contents.images) {
+            if (options_.quad_depth != QuadDepth::texel && seen &&
+                !is_empty(intersect(contents_box(image->node), mover.box))) {
+                broken("an item moves through an image that has no depth inside");
+            }
+        }
+    }
+}
+
 void PlanReplay::check_source(const Place& place, const Region& source) const {
     const auto& [page, x, y, width, height] = place;
     // Filtering reads half a texel beyond the source, and must not reach what lies beside.
@@ -150,7 +250,8 @@ PlanReplay::Contents PlanReplay::read(const FramePlan& plan, const Pass& pass) {
     }();
     std::uint32_t next_rank = 0;
     rank_leaves(0, glm::vec3(pass.view.eye - hierarchy_->origin), next_rank);
-    std::int64_t drawn_to = -1; // greatest rank drawn by the commands before
+    std::int64_t drawn_to = -1;  // greatest rank drawn by the commands before
+    std::int64_t images_to = -1; // and by the images among them
     Contents contents;
     std::vector<std::uint32_t> masked;
     for (std::uint32_t c = 0; c < pass.command_count; ++c) {
@@ -170,6 +271,10 @@ PlanReplay::Contents PlanReplay::read(const FramePlan& plan, const Pass& pass) {
                 }
                 check_source(found->first, source);
                 const ImagePtr& image = found->second;
+                check_current(*image);
+                if (command.depth != options_.quad_depth) {
+                    broken("an image stands in depth as nobody asked for");
+                }
                 if (image->view.lens.near_distance > quad.depth) {
                     broken("a quad is before the near plane");
                 }
@@ -185,6 +290,14 @@ PlanReplay::Contents PlanReplay::read(const FramePlan& plan, const Pass& pass) {
                     broken("an image is drawn after something that is nearer");
                 }
                 drawn_to = last_ranks_[image->node];
+                images_to = drawn_to;
+            }
+            continue;
+        }
+        if (command.kind == Command::Kind::image_depths) {
+            if (options_.quad_depth == QuadDepth::none || command.depth != options_.quad_depth ||
+                command.count != contents.images.size()) {
+                broken("depths of images where none belong, or not of all");
             }
             continue;
         }
@@ -201,25 +314,43 @@ PlanReplay::Contents PlanReplay::read(const FramePlan& plan, const Pass& pass) {
                 command.clip >= plan.clips.size()) {
                 broken("a clipped command where none belongs");
             }
+            if (!hierarchy_->clip_leaves) {
+                continue;
+            }
+            const std::uint32_t leaf = clipped_leaf(plan, command);
+            contents.pieces.push_back(leaf);
+            // Within a run of geometry the order is free.
+            if (ordered && static_cast<std::int64_t>(ranks_[leaf]) <= images_to) {
+                broken("clipped geometry is drawn after an image that is nearer");
+            }
+            drawn_to = std::max(drawn_to, static_cast<std::int64_t>(ranks_[leaf]));
             continue;
         }
         const std::size_t items_before = contents.items.size();
-        for (std::uint32_t i = 0; i < command.count; ++i) {
-            const std::uint32_t leaf = leaf_of_item_.at(index_of(plan.items[command.first + i]));
-            if (contents.items.size() == items_before || contents.items.back() != leaf) {
-                // The items of a leaf come together and in their order.
-                const HierarchyNode& node = hierarchy_->nodes[leaf];
-                const bool whole = i + node.item_count <= command.count &&
-                                   std::equal(
-                                       plan.items.begin() + command.first + i,
-                                       plan.items.begin() + command.first + i + node.item_count,
-                                       hierarchy_->items.begin() + node.first_item
-                                   );
-                if (!whole) {
+        for (std::uint32_t i = 0; i < command.count;) {
+            const ItemId item = plan.items[command.first + i];
+            const std::uint32_t leaf = leaf_of_item_.at(index_of(item));
+            if (leaf == kMoves) {
+                if (!frame) {
+                    broken("an image shows an item that moves");
+                }
+                contents.movers.push_back(item);
+                ++i;
+                continue;
+            }
+            // The items of a leaf come together and in their order, without those that have left.
+            const HierarchyNode& node = hierarchy_->nodes[leaf];
+            for (std::uint32_t place = 0; place < node.item_count; ++place) {
+                const ItemId expected = hierarchy_->items[node.first_item + place];
+                if (expected == kNone<ItemId>) {
+                    continue;
+                }
+                if (i >= command.count || plan.items[command.first + i] != expected) {
                     broken("the items of a leaf are torn apart");
                 }
-                contents.items.push_back(leaf);
+                ++i;
             }
+            contents.items.push_back(leaf);
         }
         const std::size_t pieces_before = contents.pieces.size();
         read_pieces(plan, command, contents.pieces);
@@ -237,7 +368,10 @@ PlanReplay::Contents PlanReplay::read(const FramePlan& plan, const Pass& pass) {
         // Within a command depth is tested and written, so its own order is free.
         const std::int64_t before = drawn_to;
         for (const std::uint32_t leaf : leaves) {
-            if (ordered && ranks_[leaf] <= before) {
+            // A leaf's items may follow its own clipped surfaces.
+            if (ordered &&
+                (hierarchy_->clip_leaves ? static_cast<std::int64_t>(ranks_[leaf]) <= images_to
+                                         : static_cast<std::int64_t>(ranks_[leaf]) <= before)) {
                 broken("geometry is drawn after something that is nearer");
             }
             drawn_to = std::max(drawn_to, static_cast<std::int64_t>(ranks_[leaf]));
@@ -304,6 +438,9 @@ void PlanReplay::make_image(const FramePlan& plan, const Pass& pass, Contents co
     image->node = common_node(contents);
     image->frame = plans_;
     image->view = plan.passes.back().view;
+    image->pass_view = pass.view;
+    image->surface_version = hierarchy_->surface_version;
+    image->appearance = appearance_;
     image->viewpoint = glm::vec3(pass.view.eye - hierarchy_->origin);
     image->items = std::move(contents.items);
     image->pieces = std::move(contents.pieces);
@@ -320,6 +457,7 @@ void PlanReplay::make_image(const FramePlan& plan, const Pass& pass, Contents co
         piece_primitives += hierarchy_->nodes[leaf].piece_primitives;
     }
     const HierarchyNode& node = hierarchy_->nodes[image->node];
+    image->content_version = node.content_version;
     const bool with_pieces = options_.surfaces == SurfacePlacement::in_images;
     if (item_primitives != node.item_primitives ||
         piece_primitives != (with_pieces ? node.piece_primitives : 0U)) {
@@ -365,25 +503,43 @@ void PlanReplay::check_frame(const FramePlan& plan, const Pass& pass, const Cont
         if (!is_leaf(node)) {
             continue;
         }
-        const bool items_missing = !items[index] && node.item_count > 0 &&
+        const bool items_missing = !items[index] && !is_empty(node.items_box) &&
                                    classify(frustum, node.items_box) != Overlap::outside;
-        const bool pieces_missing = !pieces[index] && node.piece_count > 0 &&
-                                    classify(frustum, node.pieces_box) != Overlap::outside;
+        const bool clipped = options_.surfaces == SurfacePlacement::in_images &&
+                             hierarchy_->clip_leaves && !contents.images.empty();
+        const bool has_pieces = node.piece_count > 0 || (clipped && node.guest_count > 0);
+        const bool pieces_missing =
+            !pieces[index] && has_pieces && classify(frustum, node.pieces_box) != Overlap::outside;
         if (items_missing || pieces_missing) {
             broken("leaf " + std::to_string(index) + " is in the frustum and not shown");
         }
     }
+    check_movers(make_frustum(pass.view, plan.origin), contents);
     for (const ImagePtr& image : contents.images) {
         const View& view = image->view;
-        if (view.lens != pass.view.lens || view.width != pass.view.width ||
-            view.height != pass.view.height) {
-            broken("an image was made for another lens or resolution");
+        if (view.lens == pass.view.lens && view.width == pass.view.width &&
+            view.height == pass.view.height) {
+            continue;
+        }
+        if (view.lens.near_distance != pass.view.lens.near_distance ||
+            view.lens.far_distance != pass.view.lens.far_distance) {
+            broken("an image was made between other distances");
+        }
+        const glm::dvec2 texels = texel_px(*image, pass.view);
+        constexpr double kRounding = 1e-3;
+        if (std::min(texels.x, texels.y) < 0.5 - kRounding ||
+            std::max(texels.x, texels.y) > 1.0 + 2.0 * kRounding) {
+            broken("an image was made for another lens or resolution, and its texels do not fit");
         }
     }
 }
 
-void PlanReplay::execute(const FramePlan& plan) {
+void PlanReplay::execute(const FramePlan& plan, std::uint64_t appearance) {
     ++plans_;
+    appearance_ = appearance;
+    if (known_version_ != hierarchy_->nodes[0].content_version) {
+        find_places();
+    }
     if (plan.origin != hierarchy_->origin || plan.passes.empty()) {
         broken("no pass, or another origin");
     }
@@ -454,9 +610,23 @@ double PlanReplay::own_error_rad(const ReplayedImage& image, const glm::vec3& ey
     const ImagePlane<double> plane{
         .viewpoint = glm::dvec3(image.viewpoint),
         .point = glm::dvec3(center(box)),
-        .normal = image.view.camera_to_world[2]};
+        .normal = image.pass_view.camera_to_world[2]};
     const Box3d wide{glm::dvec3(box.lo), glm::dvec3(box.hi)};
     return metric::corner_discrepancy_unchecked(plane, wide, glm::dvec3(eye));
+}
+
+glm::dvec2 PlanReplay::texel_px(const ReplayedImage& image, const View& view) const {
+    const glm::dvec3 normal = -image.pass_view.camera_to_world[2];
+    const glm::dvec3 middle(center(contents_box(image.node)));
+    const glm::dvec3 eye = view.eye - hierarchy_->origin;
+    const double ratio =
+        glm::dot(middle - glm::dvec3(image.viewpoint), normal) / glm::dot(middle - eye, normal);
+    const auto tangents = [](const View& of) {
+        return glm::dvec2(
+            (of.lens.right - of.lens.left) / of.width, (of.lens.top - of.lens.bottom) / of.height
+        );
+    };
+    return tangents(image.pass_view) / tangents(view) * ratio;
 }
 
 double PlanReplay::error_rad(const ReplayedImage& image, const glm::vec3& eye) const {

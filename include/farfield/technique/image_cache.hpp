@@ -2,75 +2,19 @@
 
 #include <farfield/core/result.hpp>
 #include <farfield/gpu/frame_plan.hpp>
+#include <farfield/math/box3.hpp>
 #include <farfield/math/view.hpp>
 #include <farfield/partition/hierarchy.hpp>
-#include <farfield/policy/cost_model.hpp>
-#include <farfield/technique/culled_geometry.hpp>
+#include <farfield/technique/image_cache_options.hpp>
+
+#include <glm/vec3.hpp>
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 namespace farfield {
-
-/// When an image may still be shown.
-enum class ImageValidity : std::uint8_t {
-    /// As long as its error, measured afresh for the eye, is within the threshold: the corner
-    /// estimate of the angular discrepancy plus what nested images brought with them.
-    angle,
-    /// As long as the eye is in the cube inscribed in the safety ball around the eye that made it,
-    /// intersected with the cubes of the images nested in it.
-    zone,
-};
-
-/// How the threshold in pixels becomes an angle.
-enum class PixelConversion : std::uint8_t {
-    mean,  ///< vertical field of view / height, as in the papers: up to 2.5 times too large at the
-           ///< rim
-    bound, ///< the largest angle that is never more than the pixels promised, anywhere on the image
-};
-
-/// Where the split surfaces of a hierarchy (terrain, shells of buildings) are drawn.
-enum class SurfacePlacement : std::uint8_t {
-    automatic, ///< first where they are a small part of the whole, else in the images
-    in_images, ///< in the images of their nodes, overlapping their neighbours to hide cracks
-    first,     ///< as geometry under the images, which test depth against them
-};
-
-/// How an `ImageCache` decides. Presets fill it in; every field has its default.
-struct ImageCacheOptions {
-    double error_px = 2.0; ///< [px] largest displacement of what an image shows. > 0, finite
-    PixelConversion conversion = PixelConversion::mean;
-    ImageValidity validity = ImageValidity::angle;
-    SurfacePlacement surfaces = SurfacePlacement::automatic;
-    /// Renders images with the frame's own matrix at the frame's pixels, so that the frame in which
-    /// an image is made equals geometry bit for bit; needs scratch memory of the size of the frame.
-    bool exact_pixels = false;
-    std::int32_t image_samples = 1; ///< per texel of images being made; 1 to what the backend takes
-    std::uint64_t image_budget_bytes = std::uint64_t{64} << 20U; ///< [byte] 0: geometry only
-    std::int32_t page_size =
-        1024;                     ///< [texel] of an image page, 64 to 16384; larger nodes: no image
-    std::uint32_t max_life = 600; ///< [frame] longest life span that is amortised over. >= 1
-    double overlap_px = 2.0;      ///< [texel] least overlap of split surfaces in images. >= 0
-    CostModel costs{};
-    std::int32_t frame_samples = 1; ///< per pixel of the frames, for their costs; 1 to 64
-    GeometryOrder order = GeometryOrder::front_to_back; ///< of frames in which no image is shown
-    std::uint32_t cache_id = 0; ///< tells the pages of caches that share a backend apart
-};
-
-namespace presets {
-
-/// Hierarchical image caching as published: corner error, mean pixel angle, life span by
-/// extrapolation.
-/// @param options what the preset leaves open: threshold, budget, costs, samples
-/// @par Source Shade, Lischinski, Salesin, DeRose, Snyder 1996. Departures: images need not be
-/// powers of two; an interior image may not be shown beyond the threshold less what the images
-/// nested in it brought with them, where the paper intersects zones (`ImageValidity::zone` does);
-/// life ends where the error is over the threshold on the eye's way, not where the eye leaves a
-/// zone.
-[[nodiscard]] ImageCacheOptions shade1996(ImageCacheOptions options = {}) noexcept;
-
-} // namespace presets
 
 /// What a node did in the last plan.
 enum class NodeStatus : std::uint8_t {
@@ -81,16 +25,36 @@ enum class NodeStatus : std::uint8_t {
     recursed,  ///< left to its children
 };
 
+/// What became of the image of a node in the last plan, in view or not.
+enum class ImageEvent : std::uint8_t {
+    none,       ///< not looked at, or of no use: below an image, or not worth making
+    made,       ///< made, from primitives
+    combined,   ///< made, from images of children
+    reused,     ///< made in an earlier frame, and found valid
+    impossible, ///< cannot be: too near, too large, or the eye within the box
+};
+
+/// An image that a cache holds of a node.
+struct ImageFacts {
+    glm::vec3 viewpoint{0.0F}; ///< eye that made it, relative to the hierarchy's origin
+    Box3f box;                 ///< what it shows
+    Box3f zone;                ///< eyes it is valid for; empty but with `ImageValidity::zone`
+    float error_px = 0.0F;     ///< its error when it was last looked at, as the cache measures it
+    std::uint64_t made_frame = 0;
+};
+
 /// What the last plan did; counts of one frame unless said otherwise.
 struct ImageCacheStatistics {
     std::uint32_t nodes_visited = 0;
     std::uint32_t images_shown = 0;
-    std::uint32_t images_reused = 0; ///< shown, and made in an earlier frame
+    /// Made in an earlier frame, and shown or kept: out of view only with `all_around`.
+    std::uint32_t images_reused = 0;
     std::uint32_t images_created = 0;
-    std::uint32_t images_combined = 0; ///< of the created: made from images of their children
-    std::uint32_t images_stale = 0;    ///< found no longer valid
-    std::uint32_t images_evicted = 0;  ///< given up to make room
-    std::uint32_t images_refused = 0;  ///< would have paid, but there was no room
+    std::uint32_t images_combined = 0;   ///< of the created: made from images of their children
+    std::uint32_t images_stale = 0;      ///< found no longer valid
+    std::uint32_t images_impossible = 0; ///< nodes looked at that can have none: too near or large
+    std::uint32_t images_evicted = 0;    ///< given up to make room
+    std::uint32_t images_refused = 0;    ///< would have paid, but there was no room
     std::uint32_t geometry_leaves = 0;
     std::uint64_t texels_created = 0;
     std::uint64_t texels_used = 0;      ///< by all images, now
@@ -107,8 +71,12 @@ struct ImageCacheStatistics {
 ///     const FramePlan& plan = cache->plan(view, motion);
 ///     if (!backend.execute(plan, target, clear)) { cache->forget_images(); }
 ///
-/// Each plan changes the cache and must be executed once, in order. A view with another lens or
-/// resolution makes every image stale; another direction does not.
+/// Each plan changes the cache and must be executed once, in order.
+///
+/// The world may change between plans, by `partition::mark_changed` and `update_bounds` of the
+/// hierarchy, and by `set_appearance` here: the next plan shows no image of what was. A view with
+/// another lens or resolution is held to the threshold in its own pixels, and shows only images
+/// whose texels are between half a pixel and one; another direction changes nothing.
 class ImageCache {
   public:
     /// @param hierarchy must outlive the cache; several caches may share one
@@ -132,11 +100,22 @@ class ImageCache {
     /// Starts over: the next plan drops every page. After a plan that failed or was not executed.
     void forget_images() noexcept;
 
+    /// Light or shading look different when `version` is another number than before: every image is
+    /// stale then. 0 at first.
+    void set_appearance(std::uint64_t version) noexcept;
+
     /// Of the last plan.
     [[nodiscard]] const ImageCacheStatistics& statistics() const noexcept;
 
     /// What each node of the hierarchy did in the last plan.
     [[nodiscard]] std::span<const NodeStatus> statuses() const noexcept;
+
+    /// What became of the image of each node in the last plan.
+    [[nodiscard]] std::span<const ImageEvent> events() const noexcept;
+
+    /// The image that the cache holds of a node, valid or not; none where it holds none.
+    /// @pre node < size of `statuses()`
+    [[nodiscard]] std::optional<ImageFacts> image_of(std::uint32_t node) const noexcept;
 
     /// What the options came to for this hierarchy: `first` or `in_images`.
     [[nodiscard]] SurfacePlacement surfaces() const noexcept;

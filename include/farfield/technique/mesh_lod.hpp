@@ -5,9 +5,9 @@
 #include <farfield/gpu/frame_plan.hpp>
 #include <farfield/math/box3.hpp>
 #include <farfield/math/view.hpp>
+#include <farfield/metric/pixel_conversion.hpp>
 #include <farfield/partition/hierarchy.hpp>
 #include <farfield/technique/culled_geometry.hpp>
-#include <farfield/technique/image_cache.hpp>
 
 #include <cstdint>
 #include <span>
