@@ -39,6 +39,8 @@
 #include <farfield/partition/bsp.hpp>
 #include <farfield/partition/changes.hpp>
 #include <farfield/partition/hierarchy.hpp>
+#include <farfield/partition/kdtree.hpp>
+#include <farfield/partition/octree.hpp>
 #include <farfield/policy/amortization.hpp>
 #include <farfield/policy/cost_model.hpp>
 #include <farfield/policy/image_budget.hpp>

@@ -3,6 +3,7 @@
 //
 // Every node owns one range of each sorted list. A split marks the side of everything in the node,
 // then parts all lists by a stable pass, which keeps them sorted; no list is sorted twice.
+#include "partition/assembly.hpp"
 #include "partition/checks.hpp"
 #include "partition/gap.hpp"
 #include "partition/item_tables.hpp"
@@ -163,7 +164,9 @@ class BspBuilder {
         }
         sort_lists();
         grow();
-        sum_up();
+        detail::sum_up(hierarchy_, objects_.size());
+        hierarchy_.quality.cut_items =
+            static_cast<std::uint32_t>(std::count(item_cut_.begin(), item_cut_.end(), char{1}));
         detail::fill_item_tables(hierarchy_, objects_);
         return std::move(hierarchy_);
     }
@@ -219,34 +222,22 @@ class BspBuilder {
     }
 
     Result<void> gather_fragments(const PrimitiveBounds& primitive_bounds) {
+        auto gathered = detail::gather_fragments(objects_, primitive_bounds, hierarchy_.origin);
+        if (!gathered) {
+            return tl::unexpected(std::move(gathered.error()));
+        }
+        fragments_ = std::move(*gathered);
         for (const glm::vec3& normal : plane_normals(options_)) {
-            directions_.emplace_back().normal = normal;
-        }
-        for (std::size_t index = 0; index < objects_.size(); ++index) {
-            const Object& object = objects_[index];
-            if (!object.splittable || object.primitives == 0) {
-                continue;
-            }
-            split_objects_.push_back(static_cast<std::uint32_t>(index));
-            fragment_starts_.push_back(static_cast<std::uint32_t>(fragment_boxes_.size()));
-            const auto count = static_cast<std::uint32_t>(object.primitives);
-            for (std::uint32_t primitive = 0; primitive < count; ++primitive) {
-                const Box3d box = primitive_bounds(static_cast<std::uint32_t>(index), primitive);
-                const auto name = [&] {
-                    return "object " + std::to_string(index) + ": primitive " +
-                           std::to_string(primitive) + ": bounds";
-                };
-                if (auto checked = detail::check_box(box, name); !checked) {
-                    return checked;
-                }
-                const auto fragment = static_cast<std::uint32_t>(fragment_boxes_.size());
-                fragment_boxes_.push_back(local_box(box, hierarchy_.origin));
-                const glm::vec3 centre = local_point(center(box), hierarchy_.origin);
-                for (Direction& direction : directions_) {
-                    direction.fragments.push_back({glm::dot(direction.normal, centre), fragment});
-                }
+            Direction& direction = directions_.emplace_back();
+            direction.normal = normal;
+            direction.fragments.reserve(fragments_.middles.size());
+            for (std::uint32_t fragment = 0; fragment < fragments_.middles.size(); ++fragment) {
+                direction.fragments.push_back(
+                    {glm::dot(normal, fragments_.middles[fragment]), fragment}
+                );
             }
         }
+        fragments_.middles = {}; // told by the lists from here on
         return {};
     }
 
@@ -266,17 +257,17 @@ class BspBuilder {
         }
         item_sides_.resize(items);
         item_cut_.resize(items);
-        fragment_sides_.resize(fragment_boxes_.size());
-        hierarchy_.primitives.reserve(fragment_boxes_.size());
+        fragment_sides_.resize(fragments_.boxes.size());
+        hierarchy_.primitives.reserve(fragments_.boxes.size());
         constexpr std::size_t kBlock = Hierarchy::kBlockPrimitives;
-        hierarchy_.block_boxes.reserve((fragment_boxes_.size() + kBlock - 1) / kBlock);
-        scratch_.resize(std::max(items, fragment_boxes_.size()));
+        hierarchy_.block_boxes.reserve((fragments_.boxes.size() + kBlock - 1) / kBlock);
+        scratch_.resize(std::max(items, fragments_.boxes.size()));
     }
 
     /// Splits nodes until all are leaves, depth first and child 0 first: leaves come out in the
     /// order of the arrays.
     void grow() {
-        Task root{0, 0, {0, item_boxes_.size()}, {0, fragment_boxes_.size()}, 0.0};
+        Task root{0, 0, {0, item_boxes_.size()}, {0, fragments_.boxes.size()}, 0.0};
         for (const float weight : weights_) {
             root.item_weight += static_cast<double>(weight);
         }
@@ -473,69 +464,14 @@ class BspBuilder {
         }
         std::sort(hierarchy_.items.begin() + node.first_item, hierarchy_.items.end());
 
-        // Ascending: an object's primitives follow each other, in the order of its mesh.
         scratch_indices_.clear();
         for (const Entry& entry : part(directions_.front().fragments, task.fragments)) {
             scratch_indices_.push_back(entry.index);
-            node.pieces_box = unite(node.pieces_box, fragment_boxes_[entry.index]);
+            node.pieces_box = unite(node.pieces_box, fragments_.boxes[entry.index]);
         }
         std::sort(scratch_indices_.begin(), scratch_indices_.end());
-        node.first_piece = static_cast<std::uint32_t>(hierarchy_.pieces.size());
-        node.piece_primitives = task.fragments.size();
-        for (std::size_t position = 0; position < scratch_indices_.size();) {
-            const std::uint32_t fragment = scratch_indices_[position];
-            const auto next =
-                std::upper_bound(fragment_starts_.begin(), fragment_starts_.end(), fragment);
-            const auto split_object = static_cast<std::size_t>(next - fragment_starts_.begin()) - 1;
-            const std::size_t end = next == fragment_starts_.end() ? fragment_boxes_.size() : *next;
-            Piece piece;
-            piece.item = make_id<ItemId>(split_objects_[split_object]);
-            piece.first = static_cast<std::uint32_t>(hierarchy_.primitives.size());
-            for (; position < scratch_indices_.size() && scratch_indices_[position] < end;
-                 ++position) {
-                if (hierarchy_.primitives.size() % Hierarchy::kBlockPrimitives == 0) {
-                    hierarchy_.block_boxes.emplace_back();
-                }
-                Box3f& block = hierarchy_.block_boxes.back();
-                block = unite(block, fragment_boxes_[scratch_indices_[position]]);
-                hierarchy_.primitives.push_back(
-                    scratch_indices_[position] - fragment_starts_[split_object]
-                );
-                ++piece.count;
-            }
-            hierarchy_.pieces.push_back(piece);
-        }
-        node.piece_count = static_cast<std::uint32_t>(hierarchy_.pieces.size()) - node.first_piece;
+        detail::append_pieces(fragments_, scratch_indices_, node, hierarchy_);
         ++hierarchy_.quality.leaves;
-    }
-
-    /// Fills interior nodes from their children, which come after them, and the rest of `quality`.
-    void sum_up() {
-        for (std::size_t index = hierarchy_.nodes.size(); index-- > 0;) {
-            HierarchyNode& node = hierarchy_.nodes[index];
-            if (is_leaf(node)) {
-                continue;
-            }
-            const HierarchyNode& behind = hierarchy_.nodes[node.first_child];
-            const HierarchyNode& front = hierarchy_.nodes[node.first_child + 1];
-            node.first_item = behind.first_item;
-            node.item_count = behind.item_count + front.item_count;
-            node.first_piece = behind.first_piece;
-            node.piece_count = behind.piece_count + front.piece_count;
-            node.item_primitives = behind.item_primitives + front.item_primitives;
-            node.piece_primitives = behind.piece_primitives + front.piece_primitives;
-            node.items_box = unite(behind.items_box, front.items_box);
-            node.pieces_box = unite(behind.pieces_box, front.pieces_box);
-        }
-        hierarchy_.nodes.shrink_to_fit();
-        hierarchy_.pieces.shrink_to_fit();
-        // A leaf has one piece of an object at most, so an object with two pieces is split.
-        std::vector<std::uint32_t> piece_counts(objects_.size(), 0);
-        for (const Piece& piece : hierarchy_.pieces) {
-            hierarchy_.quality.split_objects += ++piece_counts[index_of(piece.item)] == 2 ? 1U : 0U;
-        }
-        hierarchy_.quality.cut_items =
-            static_cast<std::uint32_t>(std::count(item_cut_.begin(), item_cut_.end(), char{1}));
     }
 
     std::span<const Object> objects_;
@@ -551,10 +487,7 @@ class BspBuilder {
     std::vector<char> item_sides_; ///< 0 behind, 1 in front of the plane in hand
     std::vector<char> item_cut_;   ///< 1: some plane goes through it
 
-    // Primitives of splittable objects, object after object.
-    std::vector<std::uint32_t> split_objects_;
-    std::vector<std::uint32_t> fragment_starts_; ///< first fragment of each of `split_objects_`
-    std::vector<Box3f> fragment_boxes_;
+    detail::Fragments fragments_;
     std::vector<char> fragment_sides_;
 
     std::vector<Entry> scratch_;

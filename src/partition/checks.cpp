@@ -11,8 +11,9 @@ std::string text(double value) {
     return buffer.data();
 }
 
-Result<void>
-check_objects(std::span<const Object> objects, const PrimitiveBounds& primitive_bounds) {
+Result<void> check_objects(std::span<const Object> objects, const PrimitiveShape& shape) {
+    const bool callable =
+        std::visit([](const auto& callback) { return static_cast<bool>(callback); }, shape);
     constexpr std::uint64_t kMaxObjects = UINT32_MAX - 1ULL;
     if (objects.size() > kMaxObjects) {
         return fail(
@@ -49,10 +50,10 @@ check_objects(std::span<const Object> objects, const PrimitiveBounds& primitive_
             );
         }
         split_total += object.primitives;
-        if (!primitive_bounds) {
+        if (!callable) {
             return fail(
                 ErrorCode::invalid_argument,
-                name() + ": splittable is true, expected a primitive_bounds callback with it"
+                name() + ": splittable is true, expected a callback for its primitives with it"
             );
         }
     }

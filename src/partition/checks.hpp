@@ -51,8 +51,24 @@ template <typename Name>
     return {};
 }
 
-/// Checks what every builder needs of its objects: boxes, counts and the callback.
+/// The same for a point.
+template <typename Name>
+[[nodiscard]] Result<void> check_point(const glm::dvec3& point, const Name& name) {
+    constexpr const char* kAxes[] = {"x", "y", "z"};
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!(point[axis] >= -kMaxCoordinate && point[axis] <= kMaxCoordinate)) {
+            return fail(
+                ErrorCode::bad_data,
+                name() + ": " + kAxes[axis] + " is " + text(point[axis]) +
+                    ", expected a finite number up to 1e36"
+            );
+        }
+    }
+    return {};
+}
+
+/// Checks what every builder needs of its objects: boxes, counts and a callback for primitives.
 [[nodiscard]] Result<void>
-check_objects(std::span<const Object> objects, const PrimitiveBounds& primitive_bounds);
+check_objects(std::span<const Object> objects, const PrimitiveShape& shape);
 
 } // namespace farfield::partition::detail

@@ -1,5 +1,6 @@
 // The order that a BSP promises: from any eye, what is drawn later is never behind what was drawn
 // before, for all items that no plane cuts.
+#include "order_checks.hpp"
 #include "scenes.hpp"
 #include "tree_checks.hpp"
 #include <farfield/partition/bsp.hpp>
@@ -7,59 +8,14 @@
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
 
-#include <algorithm>
-#include <limits>
-#include <optional>
 #include <vector>
 
 namespace {
 
 using namespace farfield;
 
-/// Rank of every node in a traversal from far to near.
-std::vector<std::uint32_t> back_to_front(const Hierarchy& tree, const glm::vec3& eye) {
-    std::vector<std::uint32_t> ranks(tree.nodes.size(), 0);
-    std::vector<std::uint32_t> waiting{0};
-    std::uint32_t rank = 0;
-    while (!waiting.empty()) {
-        const std::uint32_t node = waiting.back();
-        waiting.pop_back();
-        ranks[node] = rank++;
-        if (!is_leaf(tree.nodes[node])) {
-            const unsigned far = far_child(tree.nodes[node], eye);
-            waiting.push_back(tree.nodes[node].first_child + 1 - far);
-            waiting.push_back(tree.nodes[node].first_child + far);
-        }
-    }
-    return ranks;
-}
-
-struct Hit {
-    double enter = 0.0;
-    double leave = 0.0;
-};
-
-/// Where a ray is inside a box, from the eye on.
-std::optional<Hit> hit(const Box3d& box, const glm::dvec3& eye, const glm::dvec3& direction) {
-    Hit result{0.0, std::numeric_limits<double>::infinity()};
-    for (int axis = 0; axis < 3; ++axis) {
-        const double a = (box.lo[axis] - eye[axis]) / direction[axis];
-        const double b = (box.hi[axis] - eye[axis]) / direction[axis];
-        result.enter = std::max(result.enter, std::min(a, b));
-        result.leave = std::min(result.leave, std::max(a, b));
-    }
-    return result.enter <= result.leave ? std::optional(result) : std::nullopt;
-}
-
-struct Tally {
-    std::uint64_t pairs = 0;
-    std::uint64_t wrong = 0;
-};
-
-/// Shoots rays through two uncut items each and compares, for every two uncut items of different
-/// leaves that a ray meets, the order of drawing with the order along the ray. `shrink` [m] is
-/// taken off each side of each box.
-Tally shoot(
+/// Shoots rays at the uncut items. `shrink` [m] is taken off each side of each box.
+support::Tally shoot(
     const std::vector<Object>& objects,
     const Hierarchy& tree,
     double shrink,
@@ -67,11 +23,7 @@ Tally shoot(
 ) {
     const std::vector<bool> cut = support::require_items_in_place(tree, objects);
     const std::vector<std::uint32_t> leaves = support::leaf_of_items(tree, objects.size());
-    struct Item {
-        Box3d box;
-        std::uint32_t leaf = 0;
-    };
-    std::vector<Item> items;
+    std::vector<support::Placed> items;
     for (std::size_t index = 0; index < objects.size(); ++index) {
         const Box3d& world = objects[index].bounds;
         if (!cut[index]) {
@@ -80,43 +32,7 @@ Tally shoot(
             );
         }
     }
-    REQUIRE(items.size() >= 2);
-    const auto point_in = [&random](const Box3d& box) {
-        const double x = random.uniform(box.lo.x, box.hi.x);
-        const double y = random.uniform(box.lo.y, box.hi.y);
-        return glm::dvec3(x, y, random.uniform(box.lo.z, box.hi.z));
-    };
-    Tally tally;
-    for (int ray = 0; ray < 1000; ++ray) {
-        const glm::dvec3 near =
-            point_in(items[random.below(static_cast<unsigned>(items.size()))].box);
-        const glm::dvec3 far =
-            point_in(items[random.below(static_cast<unsigned>(items.size()))].box);
-        // Sometimes inside a box, mostly outside; a float, so that the tree sees the same point.
-        const glm::vec3 eye(near + (near - far) * random.uniform(0.0, 2.0));
-        const glm::dvec3 direction = far - glm::dvec3(eye);
-        const std::vector<std::uint32_t> ranks = back_to_front(tree, eye);
-        struct Met {
-            std::uint32_t leaf = 0;
-            std::uint32_t rank = 0;
-            Hit hit;
-        };
-        std::vector<Met> met;
-        for (const Item& item : items) {
-            if (const auto found = hit(item.box, glm::dvec3(eye), direction)) {
-                met.push_back({item.leaf, ranks[item.leaf], *found});
-            }
-        }
-        for (const Met& first : met) {
-            for (const Met& later : met) {
-                if (first.leaf != later.leaf && first.rank < later.rank) {
-                    ++tally.pairs;
-                    tally.wrong += later.hit.leave <= first.hit.enter ? 0U : 1U;
-                }
-            }
-        }
-    }
-    return tally;
+    return support::shoot(tree, items, random);
 }
 
 } // namespace
@@ -136,7 +52,7 @@ TEST_CASE("rays meet boxes in the reverse order of drawing", "[bsp]") {
         for (const bool vertical : {false, true}) {
             const auto tree = partition::build_bsp(objects, {.split_vertically = vertical});
             REQUIRE(tree.has_value());
-            const Tally tally = shoot(objects, *tree, 0.0, random);
+            const support::Tally tally = shoot(objects, *tree, 0.0, random);
             CAPTURE(size, vertical, tree->quality.cut_items, tally.pairs);
             CHECK(tally.wrong == 0);
             // The test would prove nothing if the rays met no two boxes. Each is aimed at two.
@@ -159,7 +75,7 @@ TEST_CASE("oblique planes keep the order within float rounding", "[bsp]") {
             objects, {.directions = directions, .up = {0.3, 1.0, -0.2}, .balance_weight = 0.05F}
         );
         REQUIRE(tree.has_value());
-        const Tally tally = shoot(objects, *tree, 0.001, random);
+        const support::Tally tally = shoot(objects, *tree, 0.001, random);
         CAPTURE(directions, tree->quality.cut_items, tally.pairs);
         CHECK(tally.wrong == 0);
         CHECK(tally.pairs > 500);

@@ -1,10 +1,10 @@
 #include "scenes.hpp"
 #include "tree_checks.hpp"
+#include "tree_hash.hpp"
 #include <farfield/partition/bsp.hpp>
 
 #include <catch2/catch.hpp>
 
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -54,61 +54,6 @@ std::uint64_t largest_piece(const Hierarchy& tree) {
         primitives = std::max(primitives, is_leaf(node) ? node.piece_primitives : 0);
     }
     return primitives;
-}
-
-/// FNV-1a over every number of the tree.
-class Hash {
-  public:
-    void add(std::uint64_t value) {
-        for (int byte = 0; byte < 8; ++byte) {
-            state_ = (state_ ^ ((value >> (8 * byte)) & 0xFFU)) * 0x100000001B3U;
-        }
-    }
-    /// Both zeros count as one.
-    void add(float value) { add(std::uint64_t{std::bit_cast<std::uint32_t>(value + 0.0F)}); }
-    void add(const glm::vec3& value) {
-        add(value.x);
-        add(value.y);
-        add(value.z);
-    }
-    [[nodiscard]] std::uint64_t state() const { return state_; }
-
-  private:
-    std::uint64_t state_ = 0xCBF29CE484222325U;
-};
-
-std::uint64_t hash_of(const Hierarchy& tree) {
-    Hash hash;
-    for (int axis = 0; axis < 3; ++axis) {
-        hash.add(std::bit_cast<std::uint64_t>(tree.origin[axis]));
-    }
-    for (const HierarchyNode& node : tree.nodes) {
-        hash.add(std::uint64_t{node.first_child});
-        hash.add(std::uint64_t{node.parent});
-        hash.add(std::uint64_t{node.first_item});
-        hash.add(std::uint64_t{node.item_count});
-        hash.add(std::uint64_t{node.first_piece});
-        hash.add(std::uint64_t{node.piece_count});
-        hash.add(node.item_primitives);
-        hash.add(node.piece_primitives);
-        hash.add(node.plane.normal);
-        hash.add(node.plane.offset);
-        hash.add(node.items_box.lo);
-        hash.add(node.items_box.hi);
-        hash.add(node.pieces_box.lo);
-        hash.add(node.pieces_box.hi);
-    }
-    for (const ItemId item : tree.items) {
-        hash.add(std::uint64_t{index_of(item)});
-    }
-    for (const std::uint32_t primitive : tree.primitives) {
-        hash.add(std::uint64_t{primitive});
-    }
-    for (const Box3f& box : tree.block_boxes) {
-        hash.add(box.lo);
-        hash.add(box.hi);
-    }
-    return hash.state();
 }
 
 /// A strip of unit squares along x from 0, the primitives of every splittable object.
@@ -370,7 +315,7 @@ TEST_CASE("negative zero is zero", "[bsp]") {
     CHECK(tree.quality.cut_items == 0);
     objects[0].bounds.hi.x = 0.0;
     objects[1].bounds.lo.x = -0.0;
-    CHECK(hash_of(built(objects)) == hash_of(tree));
+    CHECK(support::hash_of(built(objects)) == support::hash_of(tree));
     // Every term of both dot products a negative zero: the plane's offset is positive all the same.
     objects[0].bounds = {{-1.0, -1.0, -1.0}, {-0.0, -0.5, -0.5}};
     CHECK_FALSE(std::signbit(built(objects).nodes[0].plane.offset));
@@ -410,7 +355,7 @@ TEST_CASE("a scene at 1e7 m is split as one at zero", "[bsp]") {
     const Hierarchy there = built(far_away);
     CHECK(there.origin == here.origin + offset);
     here.origin = there.origin;
-    CHECK(hash_of(here) == hash_of(there));
+    CHECK(support::hash_of(here) == support::hash_of(there));
 }
 
 TEST_CASE("a surface alone is halved until its pieces are small", "[bsp]") {
@@ -530,11 +475,11 @@ TEST_CASE("objects without primitives are still separated", "[bsp]") {
 TEST_CASE("the same tree on every run", "[bsp]") {
     const support::Island island = support::make_island(200, 200.0, 12.0, 7);
     const BspOptions options{.directions = 3};
-    const auto hash = hash_of(built(island.objects, options, island.primitive_bounds()));
-    CHECK(hash == hash_of(built(island.objects, options, island.primitive_bounds())));
+    const auto hash = support::hash_of(built(island.objects, options, island.primitive_bounds()));
+    CHECK(hash == support::hash_of(built(island.objects, options, island.primitive_bounds())));
     // The hash sees a change: another island has another one.
     const support::Island other = support::make_island(200, 200.0, 12.0, 8);
-    CHECK(hash != hash_of(built(other.objects, options, other.primitive_bounds())));
+    CHECK(hash != support::hash_of(built(other.objects, options, other.primitive_bounds())));
 }
 
 TEST_CASE("random scenes under random options", "[bsp]") {
