@@ -989,6 +989,9 @@ void ImageCache::Impl::write_surfaces_of(std::uint32_t index) noexcept {
         write_surfaces_of(here.first_child + 1);
         return;
     }
+    if (is_empty(here.pieces_box)) {
+        return; // all there is of it reaches only into the margin
+    }
     const auto clip = static_cast<std::uint32_t>(plan.clips.size());
     plan.clips.push_back(surface_clip(here));
     writer.pieces(Command::Kind::geometry, here.first_piece, here.piece_count, clip);
