@@ -626,7 +626,12 @@ glm::dvec2 PlanReplay::texel_px(const ReplayedImage& image, const View& view) co
             (of.lens.right - of.lens.left) / of.width, (of.lens.top - of.lens.bottom) / of.height
         );
     };
-    return tangents(image.pass_view) / tangents(view) * ratio;
+    if (image.pass_view.camera_to_world == image.view.camera_to_world) {
+        return tangents(image.pass_view) / tangents(view) * ratio;
+    }
+    // An image that faces the eye is nowhere in the view, so its texels are held to a mean pixel.
+    const double fov_y = std::atan(view.lens.top) - std::atan(view.lens.bottom);
+    return tangents(image.pass_view) / (fov_y / view.height) * ratio;
 }
 
 double PlanReplay::error_rad(const ReplayedImage& image, const glm::vec3& eye) const {
