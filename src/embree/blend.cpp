@@ -76,7 +76,8 @@ void blend_quad_portable(const TileQuad& quad, TileBuffer& tile) noexcept {
             const std::size_t pixel = tile_pixel(column, row);
             const bool inside = w > 0.0F && u >= quad.rim_u && u < quad.width - quad.rim_u &&
                                 v >= quad.rim_v && v < quad.height - quad.rim_v;
-            if (inside && quad.depth <= tile.depths[pixel] && quad.order > tile.orders[pixel]) {
+            if (inside && depth_at(quad, pixel) <= tile.depths[pixel] &&
+                quad.order > tile.orders[pixel]) {
                 blend(filtered(quad, texel_place(quad, u, v)), tile.colors[pixel]);
             }
         }
@@ -167,7 +168,7 @@ FARFIELD_AVX2 void blend_quad_avx2(const TileQuad& quad, TileBuffer& tile) noexc
     const __m256 low_v = _mm256_set1_ps(quad.rim_v);
     const __m256 high_u = _mm256_set1_ps(quad.width - quad.rim_u);
     const __m256 high_v = _mm256_set1_ps(quad.height - quad.rim_v);
-    const __m256 depth = _mm256_set1_ps(quad.depth);
+    const __m256 whole_depth = _mm256_set1_ps(quad.depth);
     const __m256i order = _mm256_set1_epi32(static_cast<int>(quad.order));
     const __m256i first_u = _mm256_set1_epi32(quad.first_u * 256 - 128);
     const __m256i first_v = _mm256_set1_epi32(quad.first_v * 256 - 128);
@@ -198,6 +199,8 @@ FARFIELD_AVX2 void blend_quad_avx2(const TileQuad& quad, TileBuffer& tile) noexc
                 _mm256_cmp_ps(v, low_v, _CMP_GE_OQ), _mm256_cmp_ps(v, high_v, _CMP_LT_OQ)
             );
             const __m256 before_eye = _mm256_cmp_ps(w, _mm256_setzero_ps(), _CMP_GT_OQ);
+            const __m256 depth =
+                quad.depths == nullptr ? whole_depth : _mm256_load_ps(&quad.depths[pixel]);
             const __m256 shown =
                 _mm256_cmp_ps(depth, _mm256_load_ps(&tile.depths[pixel]), _CMP_LE_OQ);
             // Orders are counts of commands, far below 2^31.

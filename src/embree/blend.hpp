@@ -2,6 +2,7 @@
 
 #include "embree/tile.hpp"
 
+#include <cstddef>
 #include <cstdint>
 
 namespace farfield::embree {
@@ -27,13 +28,19 @@ struct TileQuad {
     std::int32_t page_size = 0;            ///< [texel]
     std::int32_t first_u = 0;              ///< of the source in the page [texel]
     std::int32_t first_v = 0;
-    float depth = 0.0F;
+    float depth = 0.0F;            ///< of the whole quad, or
+    const float* depths = nullptr; ///< of its pixels, by `tile_pixel`; null: of the whole quad
     std::uint32_t order = 0;
     std::int32_t left = 0; ///< [px] of the tile
     std::int32_t right = 0;
     std::int32_t bottom = 0;
     std::int32_t top = 0;
 };
+
+/// Where a quad stands at a pixel.
+[[nodiscard]] inline float depth_at(const TileQuad& quad, std::size_t pixel) noexcept {
+    return quad.depths == nullptr ? quad.depth : quad.depths[pixel];
+}
 
 /// Place of a filtered texel: the lower left of the four and the weights of the others, of 65536.
 struct TexelPlace {

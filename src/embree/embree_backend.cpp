@@ -102,25 +102,26 @@ Result<void> EmbreeBackend::Impl::update_page(std::uint32_t cache, const PageUpd
     if (Result<void> valid = gpu::check_page(update, kLargestPage, kMostSamples); !valid) {
         return valid;
     }
-    if (update.depth) {
-        return fail(
-            ErrorCode::unsupported,
-            "Embree: page " + std::to_string(index_of(update.page)) + " that keeps depth"
-        );
-    }
     auto page = std::make_unique<Page>();
     page->cache = cache;
     page->id = update.page;
     page->size = update.size;
     page->samples = samples_of(update.samples);
     page->scratch = update.scratch;
+    page->depth = update.depth;
     // Filtering reads a row and a texel beyond the last, with a weight of zero.
     const std::size_t texels = texels_of(update.size, update.size);
-    page->colors = allocate<std::uint32_t>(texels + static_cast<std::size_t>(update.size) + 2);
+    const std::size_t filtered = texels + static_cast<std::size_t>(update.size) + 2;
+    const bool depths = update.depth || update.scratch;
+    page->colors = allocate<std::uint32_t>(filtered);
+    if (depths) {
+        page->depths = allocate<std::uint16_t>(filtered);
+    }
     if (options.positions) {
         page->positions = allocate<PositionTexel>(texels);
     }
-    if (page->colors == nullptr || (options.positions && page->positions == nullptr)) {
+    if (page->colors == nullptr || (depths && page->depths == nullptr) ||
+        (options.positions && page->positions == nullptr)) {
         const std::string size = std::to_string(update.size);
         return no_memory("an image page of " + size + " x " + size + " texels");
     }
@@ -185,12 +186,6 @@ Result<void> EmbreeBackend::Impl::check_geometry(
 Result<void>
 EmbreeBackend::Impl::check_images(const FramePlan& plan, std::size_t pass, std::uint32_t index) {
     const Command& command = plan.commands[index];
-    if (command.depth != QuadDepth::none) {
-        return fail(
-            ErrorCode::unsupported,
-            "Embree: " + command_name(pass, index) + " has images with depths of planes or texels"
-        );
-    }
     const Page* page = nullptr;
     for (std::uint32_t i = command.first; i < command.first + command.count; ++i) {
         const ImageQuad& quad = plan.quads[i];
@@ -245,15 +240,18 @@ void EmbreeBackend::Impl::add_commands(const FramePlan& plan, const Pass& pass) 
     Phase phase;
     phase.first_draw = static_cast<std::uint32_t>(work.draws.size());
     phase.first_quad = static_cast<std::uint32_t>(work.quads.size());
-    bool shows = false; // something but masks in this phase
+    bool shows = false;  // something but masks in this phase
+    bool writes = false; // depths of quads
     for (std::uint32_t c = 0; c < pass.command_count; ++c) {
         const Command& command = plan.commands[pass.first_command + c];
         const std::uint32_t order = c + 1;
+        const bool cast = !draws_images(command);
+        if (cast && (writes || (shows && command.kind == Command::Kind::mask))) {
+            close_phase(pass, phase);
+            shows = false;
+            writes = false;
+        }
         if (command.kind == Command::Kind::mask) {
-            if (shows) {
-                close_phase(pass, phase);
-                shows = false;
-            }
             add_draws(*scene, plan, pass, command, order, work);
             continue;
         }
@@ -262,13 +260,14 @@ void EmbreeBackend::Impl::add_commands(const FramePlan& plan, const Pass& pass) 
             add_draws(*scene, plan, pass, command, order, work);
             continue;
         }
+        writes = writes || command.kind == Command::Kind::image_depths;
         const Page* page = nullptr;
         for (std::uint32_t i = command.first; i < command.first + command.count; ++i) {
             const ImageQuad& quad = plan.quads[i];
             if (page == nullptr || page->id != quad.page) {
                 page = find(plan.cache, quad.page);
             }
-            add_quad(plan, pass, quad, *page, order, work);
+            add_quad(plan, pass, command, quad, *page, order, work);
         }
     }
     close_phase(pass, phase);
@@ -287,6 +286,8 @@ void EmbreeBackend::Impl::add_pass(
     } else {
         next.scratch = find(plan.cache, pass.page);
         next.samples = next.scratch->samples;
+        const Page* copy = find(plan.cache, pass.copy_page);
+        next.keeps_depth = copy != nullptr && copy->depth;
     }
     next.first_phase = static_cast<std::uint32_t>(work.phases.size());
     add_view(next);
@@ -330,6 +331,9 @@ void EmbreeBackend::Impl::copy_pass(const FramePlan& plan, const Pass& pass) noe
         const std::size_t place =
             texels_of(pass.copy.y + row, to.size) + static_cast<std::size_t>(pass.copy.x);
         std::copy_n(from.colors.get() + source, width, to.colors.get() + place);
+        if (to.depth) {
+            std::copy_n(from.depths.get() + source, width, to.depths.get() + place);
+        }
         if (options.positions) {
             std::copy_n(from.positions.get() + source, width, to.positions.get() + place);
         }

@@ -423,6 +423,7 @@ void add_split_draws(const CastScene& scene, const Pass& pass, FrameWork& work) 
 void add_quad(
     const FramePlan& plan,
     const Pass& pass,
+    const Command& command,
     const ImageQuad& quad,
     const Page& page,
     std::uint32_t order,
@@ -430,7 +431,8 @@ void add_quad(
 ) {
     const View& view = pass.view;
     const double depth = double{quad.depth};
-    if (!(depth >= view.lens.near_distance && depth <= view.lens.far_distance)) {
+    const bool in_view = depth >= view.lens.near_distance && depth <= view.lens.far_distance;
+    if (command.depth == QuadDepth::none && !in_view) {
         return;
     }
     const glm::dmat3 world_to_camera = glm::transpose(view.camera_to_world);
@@ -468,7 +470,15 @@ void add_quad(
     seen.w = in_pixels(row_w);
     seen.page = &page;
     seen.source = quad.source;
+    seen.stands = command.depth;
+    seen.writes_depth = command.kind == Command::Kind::image_depths;
     seen.depth = quad.depth;
+    seen.nearest = static_cast<float>(view.lens.near_distance);
+    seen.farthest = static_cast<float>(view.lens.far_distance);
+    const glm::dvec3 viewpoint = world_to_camera * (glm::dvec3(quad.viewpoint) - eye);
+    seen.viewpoint_depth = static_cast<float>(-viewpoint.z);
+    seen.near_ratio = quad.near_ratio;
+    seen.far_ratio = quad.far_ratio;
     seen.order = order;
     seen.node = quad.node;
     work.quads.push_back(seen);

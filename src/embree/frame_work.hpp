@@ -25,8 +25,14 @@ struct Page : gpu::PageFacts {
     PageId id = kNone<PageId>;
     std::int32_t samples = 1;     ///< of a scratch page
     Memory<std::uint32_t> colors; ///< RGBA, 8 bits each; a row and a texel more than there are
+    /// As `Pass::copy_near` says: of a page that keeps depth, likewise a row and a texel more; of a
+    /// scratch page, where a pass is copied to one.
+    Memory<std::uint16_t> depths;
     Memory<PositionTexel> positions;
 };
+
+/// The depth of a texel that keeps none.
+inline constexpr std::uint16_t kNoKeptDepth = 0xFFFF;
 
 /// A frame.
 struct Target {
@@ -109,14 +115,22 @@ struct PassQuad {
     const Page* page = nullptr;
     Region source;
     Region around; ///< [px] of the target: where it may be seen
-    float depth = 0.0F;
+    QuadDepth stands = QuadDepth::none;
+    bool writes_depth = false; ///< into depth alone
+    float depth = 0.0F;        ///< of the whole quad, standing by none
+    float nearest = 0.0F;      ///< depths that count, else; of the lens [m]
+    float farthest = 0.0F;
+    float viewpoint_depth = 0.0F; ///< of the eye that made the image [m]
+    float near_ratio = 1.0F;      ///< as of `ImageQuad`
+    float far_ratio = 1.0F;
     std::uint32_t order = 0;
     std::uint32_t node = UINT32_MAX;
 };
 
 /// Commands that are carried out together: one cast for all of their geometry, then their quads.
 /// Of the geometry only the nearest counts, and of the quads those that come after it: the result
-/// is that of one command after the other. Only masks must come before all else.
+/// is that of one command after the other. Only masks must come before all else, and nothing is
+/// cast after depths of quads.
 struct Phase {
     std::uint32_t first_draw = 0; ///< into `FrameWork::draws`, the nearest first
     std::uint32_t draw_count = 0;
@@ -131,6 +145,7 @@ struct PassWork {
     Target* target = nullptr;
     std::int32_t samples = 1;
     bool clear = true;
+    bool keeps_depth = false; ///< is copied to a page that does
     glm::vec4 clear_color{0.0F};
     glm::mat3 camera_to_world{1.0F};
     glm::vec3 direction_dx{0.0F}; ///< of a ray, from a pixel to the next; world
@@ -183,10 +198,11 @@ void add_draws(
 /// Adds a draw for every split item of which pieces were listed, and empties the list.
 void add_split_draws(const CastScene& scene, const Pass& pass, FrameWork& work);
 
-/// Adds a quad, unless it cannot be seen.
+/// Adds a quad of a command, unless it cannot be seen.
 void add_quad(
     const FramePlan& plan,
     const Pass& pass,
+    const Command& command,
     const ImageQuad& quad,
     const Page& page,
     std::uint32_t order,

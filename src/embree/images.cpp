@@ -4,12 +4,15 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 
 namespace farfield::embree {
 
 namespace {
+
+constexpr std::uint32_t kHalfAlpha = 0xFF00 / 2;
 
 /// The samples of a pixel reach so far from its centre. [px]
 constexpr float kReach = 0.5F;
@@ -32,6 +35,32 @@ QuadPoint at(const TileQuad& quad, float x, float y) noexcept {
 bool covers(const TileQuad& quad, const QuadPoint& point) noexcept {
     return point.before_eye && point.u >= 0.0F && point.u < quad.width && point.v >= 0.0F &&
            point.v < quad.height;
+}
+
+/// How a quad covers a pixel.
+struct PixelCover {
+    bool possible = false; ///< some of its samples, perhaps
+    bool whole = false;    ///< all of them
+    /// Where it is filtered: at the centre, or at the end of the quad that is nearest to it.
+    float u = 0.0F;
+    float v = 0.0F;
+};
+
+PixelCover cover_of(const TileQuad& quad, float x, float y) noexcept {
+    const QuadPoint center = at(quad, x, y);
+    if (!center.before_eye) {
+        return {};
+    }
+    return {
+        true,
+        center.u >= quad.rim_u && center.u < quad.width - quad.rim_u && center.v >= quad.rim_v &&
+            center.v < quad.height - quad.rim_v,
+        std::clamp(center.u, 0.0F, quad.width),
+        std::clamp(center.v, 0.0F, quad.height)};
+}
+
+bool covers_sample(const TileQuad& quad, float x, float y, const glm::vec2& place) noexcept {
+    return covers(quad, at(quad, x + place.x - kReach, y + place.y - kReach));
 }
 
 /// What a step of a pixel is in the quad, at a point of it. [texel/px]
@@ -104,6 +133,94 @@ void find_rim(TileQuad& quad) noexcept {
     }
 }
 
+/// The depth that a page keeps of a place: that of the nearest texel, or of the one of most weight
+/// that keeps something. [0, 1]
+float kept_depth(const PassQuad& shown, const TexelPlace& place) noexcept {
+    constexpr std::uint32_t kWhole = 0x10000;
+    const std::uint16_t* lower =
+        shown.page->depths.get() + std::ptrdiff_t{place.y} * shown.page->size + place.x;
+    const std::array<std::uint16_t, 4> depths = {
+        lower[0], lower[1], lower[shown.page->size], lower[shown.page->size + 1]};
+    const std::size_t nearest =
+        (place.share_x >= kWhole / 2 ? 1U : 0U) + (place.share_y >= kWhole / 2 ? 2U : 0U);
+    std::uint16_t found = depths[nearest];
+    if (found == kNoKeptDepth) {
+        std::uint64_t most = 0;
+        for (std::size_t i = 0; i < depths.size(); ++i) {
+            const std::uint64_t weight =
+                std::uint64_t{(i & 1U) != 0 ? place.share_x : kWhole - place.share_x} *
+                ((i & 2U) != 0 ? place.share_y : kWhole - place.share_y);
+            if (depths[i] != kNoKeptDepth && weight > most) {
+                most = weight;
+                found = depths[i];
+            }
+        }
+    }
+    return static_cast<float>(found) / static_cast<float>(kNoKeptDepth);
+}
+
+/// Finds where a quad stands at each of its pixels, at their centres, unless it stands as a whole.
+void find_depths(const PassQuad& shown, TileQuad& quad, TileBuffer& tile) noexcept {
+    if (shown.stands == QuadDepth::none) {
+        return;
+    }
+    for (std::int32_t row = quad.bottom; row < quad.top; ++row) {
+        const auto y = static_cast<float>(row);
+        for (std::int32_t column = quad.left; column < quad.right; ++column) {
+            const auto x = static_cast<float>(column);
+            // Behind the eye it is not seen, wherever it stands.
+            float depth = 1.0F / ((quad.w + quad.w_y * y) + quad.w_x * x);
+            if (shown.stands == QuadDepth::texel && depth > 0.0F) {
+                const PixelCover cover = cover_of(quad, x, y);
+                const float kept = kept_depth(shown, texel_place(quad, cover.u, cover.v));
+                const float ratio = shown.near_ratio + kept * (shown.far_ratio - shown.near_ratio);
+                depth = shown.viewpoint_depth + (depth - shown.viewpoint_depth) * ratio;
+            }
+            tile.quad_depths[tile_pixel(column, row)] =
+                std::clamp(depth, shown.nearest, shown.farthest);
+        }
+    }
+    quad.depths = tile.quad_depths.data();
+}
+
+/// Writes the depths of a quad where it owns pixels and stands before what is there.
+void write_depths(
+    const TileQuad& quad, std::span<const glm::vec2> places, TileBuffer& tile
+) noexcept {
+    const std::size_t samples = places.size();
+    for (std::int32_t row = quad.bottom; row < quad.top; ++row) {
+        for (std::int32_t column = quad.left; column < quad.right; ++column) {
+            const std::size_t pixel = tile_pixel(column, row);
+            const auto x = static_cast<float>(column);
+            const auto y = static_cast<float>(row);
+            const PixelCover cover = cover_of(quad, x, y);
+            if (!cover.possible || (samples == 1 && !cover.whole)) {
+                continue;
+            }
+            if (filtered(quad, texel_place(quad, cover.u, cover.v))[3] < kHalfAlpha) {
+                continue;
+            }
+            const float depth = depth_at(quad, pixel);
+            if (tile.mixed[pixel] == 0) {
+                if (!(depth <= tile.depths[pixel])) {
+                    continue;
+                }
+                if (cover.whole) {
+                    tile.depths[pixel] = depth;
+                    continue;
+                }
+                tile.mix(pixel, samples);
+            }
+            for (std::size_t sample = 0; sample < samples; ++sample) {
+                float& there = tile.sample_depths[pixel * samples + sample];
+                if (depth <= there && (cover.whole || covers_sample(quad, x, y, places[sample]))) {
+                    there = depth;
+                }
+            }
+        }
+    }
+}
+
 /// Blends the quad over pixels whose samples differ, or on its rim.
 void blend_samples(
     const TileQuad& quad, std::span<const glm::vec2> places, TileBuffer& tile
@@ -114,36 +231,27 @@ void blend_samples(
             const std::size_t pixel = tile_pixel(column, row);
             const auto x = static_cast<float>(column);
             const auto y = static_cast<float>(row);
-            QuadPoint center = at(quad, x, y);
-            const bool inside = center.before_eye && center.u >= quad.rim_u &&
-                                center.u < quad.width - quad.rim_u && center.v >= quad.rim_v &&
-                                center.v < quad.height - quad.rim_v;
+            const PixelCover cover = cover_of(quad, x, y);
             const bool is_mixed = tile.mixed[pixel] != 0;
-            if (!center.before_eye || (inside && !is_mixed)) {
+            if (!cover.possible || (cover.whole && !is_mixed)) {
                 continue; // not seen, or done with the whole pixels
             }
-            // Filtered at the centre, or at the end of the quad that is nearest to it.
-            center.u = std::clamp(center.u, 0.0F, quad.width);
-            center.v = std::clamp(center.v, 0.0F, quad.height);
-            const Color16 color = filtered(quad, texel_place(quad, center.u, center.v));
+            const Color16 color = filtered(quad, texel_place(quad, cover.u, cover.v));
             if (color == Color16{}) {
                 continue;
             }
+            const float depth = depth_at(quad, pixel);
             if (!is_mixed) {
-                if (!(quad.depth <= tile.depths[pixel] && quad.order > tile.orders[pixel])) {
+                if (!(depth <= tile.depths[pixel] && quad.order > tile.orders[pixel])) {
                     continue;
                 }
                 tile.mix(pixel, samples);
             }
             const std::size_t first = pixel * samples;
             for (std::size_t sample = 0; sample < samples; ++sample) {
-                const bool seen = quad.depth <= tile.sample_depths[first + sample] &&
+                const bool seen = depth <= tile.sample_depths[first + sample] &&
                                   quad.order > tile.sample_orders[first + sample];
-                const auto covered = [&] {
-                    const glm::vec2 place = places[sample] - kReach;
-                    return covers(quad, at(quad, x + place.x, y + place.y));
-                };
-                if (seen && (inside || covered())) {
+                if (seen && (cover.whole || covers_sample(quad, x, y, places[sample]))) {
                     blend(color, tile.sample_colors[first + sample]);
                 }
             }
@@ -153,7 +261,6 @@ void blend_samples(
 
 /// Writes the points of a quad's image where it owns pixels.
 void show_positions(const PassQuad& shown, const TileQuad& quad, TileBuffer& tile) noexcept {
-    constexpr std::uint32_t kHalf = 0xFF00 / 2;
     const PositionTexel* points = shown.page->positions.get();
     const std::int32_t last = quad.page_size - 1;
     for (std::int32_t row = quad.bottom; row < quad.top; ++row) {
@@ -162,11 +269,11 @@ void show_positions(const PassQuad& shown, const TileQuad& quad, TileBuffer& til
             const auto x = static_cast<float>(column);
             const auto y = static_cast<float>(row);
             const QuadPoint center = at(quad, x, y);
-            if (!covers(quad, center) || !(quad.depth <= tile.depths[pixel]) ||
+            if (!covers(quad, center) || !(depth_at(quad, pixel) <= tile.depths[pixel]) ||
                 !(quad.order > tile.orders[pixel])) {
                 continue;
             }
-            if (filtered(quad, texel_place(quad, center.u, center.v))[3] < kHalf) {
+            if (filtered(quad, texel_place(quad, center.u, center.v))[3] < kHalfAlpha) {
                 continue;
             }
             const glm::vec2 here(
@@ -245,6 +352,11 @@ void blend_tile(
         TileQuad quad = quad_in_tile(shown, task.region);
         if (places.size() > 1) {
             find_rim(quad);
+        }
+        find_depths(shown, quad, tile);
+        if (shown.writes_depth) {
+            write_depths(quad, places, tile);
+            continue;
         }
         blend_quad(quad, tile);
         if (places.size() > 1) {

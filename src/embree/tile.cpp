@@ -98,6 +98,35 @@ void load_tile(const PassWork& pass, const Region& region, TileBuffer& tile) noe
     }
 }
 
+/// What a page keeps of a depth.
+std::uint16_t kept(float depth, const Pass& pass) noexcept {
+    const float share = (depth - pass.copy_near) / (pass.copy_far - pass.copy_near);
+    constexpr float kHalf = 0.5F;
+    return static_cast<std::uint16_t>(std::clamp(share, 0.0F, 1.0F) * kNoKeptDepth + kHalf);
+}
+
+/// Keeps the depths of a row of pixels: of the nearest sample of those that show something.
+void keep_row(
+    const PassWork& pass, const TileBuffer& tile, std::size_t first, std::span<std::uint16_t> to
+) noexcept {
+    constexpr std::uint32_t kLeast = 0x80; // rounds to 1 of 255
+    const auto samples = static_cast<std::size_t>(pass.samples);
+    for (std::size_t i = 0; i < to.size(); ++i) {
+        const std::size_t pixel = first + i;
+        float nearest = kNothing;
+        if (tile.mixed[pixel] == 0) {
+            nearest = tile.colors[pixel][3] >= kLeast ? tile.depths[pixel] : kNothing;
+        } else {
+            for (std::size_t sample = pixel * samples; sample < (pixel + 1) * samples; ++sample) {
+                if (tile.sample_colors[sample][3] >= kLeast) {
+                    nearest = std::min(nearest, tile.sample_depths[sample]);
+                }
+            }
+        }
+        to[i] = kept(nearest, *pass.pass);
+    }
+}
+
 void store_tile(const PassWork& pass, const Region& region, const TileBuffer& tile) noexcept {
     const auto samples = static_cast<std::size_t>(pass.samples);
     const bool frame = pass.target != nullptr;
@@ -119,6 +148,9 @@ void store_tile(const PassWork& pass, const Region& region, const TileBuffer& ti
             std::copy_n(
                 tile.positions.begin() + static_cast<std::ptrdiff_t>(from), count, positions + to
             );
+        }
+        if (pass.keeps_depth) {
+            keep_row(pass, tile, from, {pass.scratch->depths.get() + to, count});
         }
         if (!frame) {
             continue;

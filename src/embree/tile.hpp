@@ -30,6 +30,8 @@ struct TileBuffer {
     /// Distance along the view direction [m]. Of a mixed pixel less than any, so that what goes by
     /// whole pixels leaves it alone.
     alignas(64) std::array<float, kTilePixels> depths{};
+    /// Of the quad that is drawn, where its pixels have their own. [m]
+    alignas(64) std::array<float, kTilePixels> quad_depths{};
     /// Order of the command that the pixel shows; 0: from before the phase.
     alignas(64) std::array<std::uint32_t, kTilePixels> orders{};
     /// Whether the samples of a pixel differ; then they are what counts.

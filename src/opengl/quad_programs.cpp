@@ -64,7 +64,7 @@ float kept_depth() {
     if (found == nothing) {
         vec2 corner = at - 0.5;
         vec2 share = corner - floor(corner);
-        float best = -1.0;
+        float best = 0.0;
         for (int i = 0; i < 4; ++i) {
             ivec2 offset = ivec2(i & 1, i >> 1);
             uint candidate =

@@ -1,5 +1,6 @@
 #include "embree/casting.hpp"
 #include "gpu/backend_conformance.hpp"
+#include "gpu/depth_scene.hpp"
 #include "gpu/flat_scene.hpp"
 #include "gpu/position_checks.hpp"
 #include <farfield/gpu/calibrate.hpp>
@@ -21,6 +22,11 @@ TEST_CASE("The Embree backend keeps positions") {
     const auto positions =
         make_caster(world.scene, &world.hierarchy, {.threads = 2, .positions = true});
     check_positions(*colors, *positions, world);
+}
+
+TEST_CASE("Positions follow the depths of images") {
+    const CrossedBoards boards;
+    check_depth_positions(*make_caster(boards.scene, nullptr, {.positions = true}), boards);
 }
 
 TEST_CASE("The Embree backend can be measured") {

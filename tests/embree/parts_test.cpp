@@ -134,6 +134,12 @@ TEST_CASE("Blending is the same with whatever instructions") {
     int blended = 0;
     for (int i = 0; i < 200; ++i) {
         TileQuad quad;
+        if (i % 3 == 0) { // every pixel at a depth of its own
+            for (float& depth : before->quad_depths) {
+                depth = random.uniform(1.0F, 9.0F);
+            }
+            quad.depths = before->quad_depths.data();
+        }
         quad.u = random.uniform(-10.0F, 30.0F);
         quad.u_x = random.uniform(-1.0F, 1.0F);
         quad.u_y = random.uniform(-1.0F, 1.0F);

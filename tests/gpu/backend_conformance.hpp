@@ -393,6 +393,9 @@ inline void check_conformance(Backend& backend, const SmallWorld& world) {
     SECTION("wrong plans are refused and do no harm") {
         check_wrong_plans(backend);
     }
+    SECTION("pages keep depth, and images are drawn with it") {
+        check_depths(backend);
+    }
     SECTION("plain geometry, in either order, with and without a clear") {
         const auto target = backend.create_target(160, 120, 1);
         REQUIRE(target.has_value());

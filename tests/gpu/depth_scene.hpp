@@ -180,11 +180,12 @@ inline double depth_tolerance(double slab, double depth) {
 }
 
 /// A red board that an image shows and a blue one of the caller's that goes through it, both
-/// turned, so that each is before the other somewhere.
+/// turned, so that each is before the other somewhere. They meet behind the plane of the image, so
+/// that it matters at what depth it stands.
 struct CrossedBoards {
     Scene scene = flat_scene();
-    Board red = add_board(scene, kRedPaint, {0.3, 0.2, 0.0}, 4.1, 0.7);
-    Board blue = add_board(scene, kBluePaint, {-0.4, -0.9, -0.3}, 4.3, -0.4);
+    Board red = add_board(scene, kRedPaint, {0.3, 0.2, -1.6}, 4.7, 0.7);
+    Board blue = add_board(scene, kBluePaint, {-0.4, -0.9, -1.2}, 4.9, -0.6);
 };
 
 /// @param backend over the scene of `boards`, keeps positions

@@ -9,8 +9,5 @@ TEST_CASE("The null backend does what every backend does") {
     const support::SmallWorld world = support::make_world(support::small_scene());
     NullBackend backend(world.item_primitives, &world.hierarchy);
     support::check_conformance(backend, world);
-    SECTION("pages keep depth") {
-        support::check_depths(backend);
-    }
     CHECK(backend.device() == "null");
 }
