@@ -19,7 +19,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <unistd.h>
 #include <utility>
 #include <vector>
 
@@ -117,28 +116,6 @@ Result<void> add_pictures(const WorstFrame& worst, double error_px, bool whole, 
         run.pictures.push_back({caption, std::move(*png)});
     }
     return {};
-}
-
-void print_progress(const std::string& walk, int frame, int frames) {
-    if (isatty(STDERR_FILENO) == 0) {
-        return;
-    }
-    constexpr int kWidth = 30;
-    const int filled = frame * kWidth / frames;
-    std::fprintf(
-        stderr,
-        "\r%-24s [%.*s%*s] %d/%d",
-        walk.c_str(),
-        filled,
-        "##############################",
-        kWidth - filled,
-        "",
-        frame,
-        frames
-    );
-    if (frame == frames) {
-        std::fprintf(stderr, "\n");
-    }
 }
 
 std::string cell(std::optional<double> value, const char* format) {
@@ -285,7 +262,9 @@ Result<void> run_walk(const run::ComparedWalk& walk, bool whole_pictures, Evalua
     }
     std::vector<WorstFrame> worst(walk.runs.size());
     WalkObserver observer;
-    observer.on_progress = [&](int frame, int frames) { print_progress(walk.name, frame, frames); };
+    observer.on_progress = [&](int frame, int frames) {
+        run::print_progress(walk.name, frame, frames);
+    };
     observer.on_pictures = [&](const WalkPictures& pictures) -> Result<void> {
         keep_if_worse(pictures, worst[pictures.contender]);
         return {};

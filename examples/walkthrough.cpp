@@ -16,11 +16,9 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
-#include <unistd.h>
 #include <utility>
 #include <vector>
 
@@ -39,15 +37,11 @@ struct Options {
     std::string frames_csv;
     std::string out;
     bool overlay = false;
+    OverlayShow overlay_show = OverlayShow::statuses;
+    bool overlay_zones = false;
 };
 
-std::string frame_file(const std::string& out, const char* kind, int frame) {
-    char name[64];
-    std::snprintf(name, sizeof name, "%s_%05d.png", kind, frame);
-    return (std::filesystem::path(out) / name).string();
-}
-
-/// The map of what each node did, on the frames whose pictures are written.
+/// The map of what the cache did with each node, on the frames whose pictures are written.
 Result<void> write_overlay(
     const Options& options,
     const ImageCache& cache,
@@ -62,31 +56,22 @@ Result<void> write_overlay(
         eyes.push_back(eval::pose_at(world.path, at).eye);
     }
     BirdsEyeOptions map;
+    map.show = options.overlay_show;
+    map.error_scale_px = options.run.cache.error_px;
     map.with_surfaces = cache.surfaces() == SurfacePlacement::in_images;
+    map.zones = options.overlay_zones;
     map.path = eyes;
     map.plan = &plan;
+    const auto images = eval::images_of(cache);
     return io::write_png(
-        frame_file(options.out, "map", frame),
-        eval::birds_eye(world.hierarchy, cache.statuses(), view, map)
+        run::frame_file(options.out, "map", frame),
+        eval::birds_eye(
+            world.hierarchy,
+            {.statuses = cache.statuses(), .events = cache.events(), .images = images},
+            view,
+            map
+        )
     );
-}
-
-void print_progress(int frame, int frames) {
-    constexpr int kWidth = 40;
-    const int filled = frame * kWidth / frames;
-    std::fprintf(
-        stderr,
-        "\r[%.*s%*s] %d/%d",
-        filled,
-        "########################################",
-        kWidth - filled,
-        "",
-        frame,
-        frames
-    );
-    if (frame == frames) {
-        std::fprintf(stderr, "\n");
-    }
 }
 
 void print_row(const char* name, std::optional<double> value, const char* unit) {
@@ -208,13 +193,23 @@ Result<void> write_pictures(
     }
     if (options.overlay && cache != nullptr) {
         Picture overlay = pictures.picture;
-        StatusOptions status;
-        status.with_surfaces = cache->surfaces() == SurfacePlacement::in_images;
-        eval::draw_status(overlay, world.hierarchy, cache->statuses(), world.view(frame), status);
+        NodeOverlayOptions nodes;
+        nodes.show = options.overlay_show;
+        nodes.error_scale_px = options.run.cache.error_px;
+        nodes.with_surfaces = cache->surfaces() == SurfacePlacement::in_images;
+        nodes.legend = true;
+        const auto images = eval::images_of(*cache);
+        eval::draw_nodes(
+            overlay,
+            world.hierarchy,
+            {.statuses = cache->statuses(), .events = cache->events(), .images = images},
+            world.view(frame),
+            nodes
+        );
         files.emplace_back("overlay", std::move(overlay));
     }
     for (const auto& [kind, picture] : files) {
-        if (auto written = io::write_png(frame_file(out, kind, frame), picture); !written) {
+        if (auto written = io::write_png(run::frame_file(out, kind, frame), picture); !written) {
             return written;
         }
     }
@@ -236,6 +231,9 @@ Result<void> check(const Options& options) {
     }
     if (options.overlay && options.walk.picture_every == 0) {
         return refused("--overlay: no frames, choose them with --png");
+    }
+    if (options.overlay_zones && !options.overlay) {
+        return refused("--overlay-zones: no maps, draw them with --overlay");
     }
     if (options.overlay && options.run.technique != "image-cache") {
         return refused("--overlay: only image-cache has nodes to show");
@@ -303,9 +301,9 @@ Result<void> run_walk(const Options& options) {
         return made;
     }
     WalkObserver observer;
-    if (isatty(STDERR_FILENO) != 0) {
-        observer.on_progress = print_progress;
-    }
+    observer.on_progress = [&](int frame, int frames) {
+        run::print_progress(options.run.technique, frame, frames);
+    };
     const ImageCache* cache = technique->cache();
     if (options.walk.picture_every > 0) {
         observer.on_pictures = [&](const WalkPictures& pictures) {
@@ -416,5 +414,14 @@ int main(int argc, char** argv) {
     app.add_option("--frames-csv", options.frames_csv, "file for the figures of every frame");
     app.add_option("--out", options.out, "folder for pictures");
     app.add_flag("--overlay", options.overlay, "also what each node did, in colours (with --png)");
+    const std::map<std::string, OverlayShow> shows = {
+        {"statuses", OverlayShow::statuses},
+        {"events", OverlayShow::events},
+        {"errors", OverlayShow::errors}};
+    app.add_option("--overlay-show", options.overlay_show, "what its colours tell of nodes")
+        ->transform(CLI::CheckedTransformer(shows));
+    app.add_flag(
+        "--overlay-zones", options.overlay_zones, "where images were made and are valid, on its map"
+    );
     return run::run_program(app, argc, argv, [&] { return run_walk(options); });
 }

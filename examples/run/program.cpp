@@ -9,6 +9,7 @@
 #include <map>
 #include <string>
 #include <system_error>
+#include <unistd.h>
 
 namespace farfield::run {
 
@@ -79,6 +80,34 @@ Result<void> make_folder(const std::string& folder) {
         );
     }
     return {};
+}
+
+std::string frame_file(const std::string& out, const std::string& kind, int frame) {
+    char number[16];
+    std::snprintf(number, sizeof number, "_%05d.png", frame);
+    return (std::filesystem::path(out) / (kind + number)).string();
+}
+
+void print_progress(const std::string& name, int frame, int frames) {
+    if (isatty(STDERR_FILENO) == 0) {
+        return;
+    }
+    constexpr int kWidth = 30;
+    const int filled = frame * kWidth / frames;
+    std::fprintf(
+        stderr,
+        "\r%-24s [%.*s%*s] %d/%d",
+        name.c_str(),
+        filled,
+        "##############################",
+        kWidth - filled,
+        "",
+        frame,
+        frames
+    );
+    if (frame == frames) {
+        std::fprintf(stderr, "\n");
+    }
 }
 
 void keep_freed_memory() {

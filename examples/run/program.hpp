@@ -23,6 +23,13 @@ void add_axis_options(CLI::App& app, RunOptions& options);
 /// Makes a folder, and those above it. An empty name makes none.
 [[nodiscard]] Result<void> make_folder(const std::string& folder);
 
+/// File of one frame: OUT/KIND_00012.png.
+[[nodiscard]] std::string frame_file(const std::string& out, const std::string& kind, int frame);
+
+/// A bar on standard error that fills as the frames go; nothing where that is no terminal.
+/// @param name of what goes, before the bar
+void print_progress(const std::string& name, int frame, int frames);
+
 /// Keeps memory that was freed. llvmpipe gives its own back after every frame and asks for it
 /// again; that would be timed.
 void keep_freed_memory();

@@ -1,5 +1,7 @@
 #include "canvas.hpp"
+#include "legend.hpp"
 #include <farfield/core/assert.hpp>
+#include <farfield/eval/heat_map.hpp>
 #include <farfield/eval/overlay.hpp>
 
 #include <glm/common.hpp>
@@ -23,27 +25,18 @@ namespace farfield::eval {
 namespace {
 
 using detail::Canvas;
+using detail::Legend;
+using detail::LegendEntry;
+using detail::LegendLayout;
+using detail::LegendSample;
 using glm::dvec2;
 using glm::dvec3;
 
 constexpr double kMargin = 0.04;
 constexpr double kTint = 0.22; // opacity of the inside of a box
 constexpr double kFrustumTint = 0.10;
-constexpr double kCasing = 2.0; // width of the dark line under a light one, in widths of that
-
-Picture blank_picture(int width, int height, const glm::u8vec3& color) {
-    Picture picture{width, height, {}};
-    const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    picture.rgba.reserve(pixels * 4);
-    for (std::size_t i = 0; i < pixels; ++i) {
-        picture.rgba.insert(picture.rgba.end(), {color.r, color.g, color.b, 255});
-    }
-    return picture;
-}
-
-Box3f box_of(const HierarchyNode& node, bool with_surfaces) noexcept {
-    return with_surfaces ? bounds(node) : node.items_box;
-}
+constexpr double kErrorTint = 0.60; // of a box on the map whose colour is to be read
+constexpr double kNested = 0.70;    // size of a box drawn within that of its parent
 
 /// Convex hull, anticlockwise where y is up, without points in the middle of a side.
 /// Source: Andrew, Another efficient algorithm for convex hulls in two dimensions, 1979.
@@ -117,11 +110,28 @@ class Map {
     dvec2 offset_{0.0};
 };
 
+/// Moves points of the map towards one of them: where nested boxes are drawn.
+struct Inset {
+    double scale = 1.0;
+    dvec2 offset{0.0};
+
+    [[nodiscard]] dvec2 operator()(const dvec2& point) const noexcept {
+        return point * scale + offset;
+    }
+};
+
+/// For what lies within a box: drawn as the box is, and once more smaller around the box's middle.
+Inset inset_within(const Inset& of_box, const Box3f& box, const Map& map) noexcept {
+    const dvec2 middle = of_box(map((dvec3(box.lo) + dvec3(box.hi)) / 2.0));
+    return {of_box.scale * kNested, middle + (of_box.offset - middle) * kNested};
+}
+
 /// Outline of a box on the map, on whole pixels, and so far inwards that a line along it stays in.
-std::vector<dvec2> outline_of(const Box3f& box, const Map& map, double line_px) {
+std::vector<dvec2>
+outline_of(const Box3f& box, const Map& map, double line_px, const Inset& inset = {}) {
     std::vector<dvec2> points;
     for (unsigned index = 0; index < 8; ++index) {
-        points.push_back(glm::round(map(dvec3(corner(box, index)))));
+        points.push_back(glm::round(inset(map(dvec3(corner(box, index))))));
     }
     points = convex_hull(std::move(points));
     dvec2 lo = points.front();
@@ -153,180 +163,320 @@ std::array<dvec3, 4> window_corners(const View& view, double distance) noexcept 
     return corners;
 }
 
-/// How a status is drawn.
-struct StatusStyle {
+/// What a node is drawn as, in the order of the legend.
+enum class Kind : std::uint8_t {
+    image,
+    made,
+    combined,
+    reused,
+    impossible,
+    geometry,
+    culled,
+    recursed,
+    none,
+};
+constexpr std::size_t kKinds = 9;
+
+constexpr std::array<const char*, kKinds> kNames = {
+    "image", "new", "combined", "reused", "impossible", "geometry", "culled", "recursed", ""};
+
+std::size_t index_of(Kind kind) noexcept {
+    return static_cast<std::size_t>(kind);
+}
+
+/// What both views are asked for.
+struct Look {
+    OverlayShow show = OverlayShow::statuses;
+    double error_scale_px = 1.0;
+    bool with_surfaces = true;
+    double line_px = 1.0;
+    const OverlayColors& colors;
+};
+
+/// A node as it is drawn.
+struct Mark {
+    std::size_t node = 0;
+    Box3f box;
+    Kind kind = Kind::none;
     NodeStatus status = NodeStatus::untouched;
-    const char* name = "";
+    bool in_use = false; ///< its image is the nearest to the root
     glm::u8vec3 color{0};
-    double line_px = 1.0;
-    double tint = 0.0; ///< opacity of the inside of a box
 };
 
-/// In the order in which they are drawn. Nodes left to their children lie under those, so they are
-/// not tinted.
-std::array<StatusStyle, 4> status_styles(const BirdsEyeOptions& options) noexcept {
-    const OverlayColors& colors = options.colors;
-    const double line_px = options.line_px;
-    return {
-        {{NodeStatus::recursed, "recursed", colors.recursed, line_px / 2.0, 0.0},
-         {NodeStatus::culled, "culled", colors.culled, line_px, kTint},
-         {NodeStatus::geometry, "geometry", colors.geometry, line_px, kTint},
-         {NodeStatus::image, "image", colors.image, line_px, kTint}}};
+template <typename T>
+T at_or(std::span<const T> values, std::size_t index, T otherwise) noexcept {
+    return index < values.size() ? values[index] : otherwise;
 }
 
-enum class Sample : std::uint8_t { box, line, path, eye, scale_bar };
-
-/// One thing that the legend explains, and where.
-struct LegendEntry {
-    Sample sample = Sample::box;
-    std::string label;
-    glm::u8vec3 color{0};
-    double line_px = 1.0;
-    double tint = 0.0;
-    dvec2 at{0.0}; ///< [px] upper left corner, from that of the legend
-};
-
-/// Measures of the legend, in proportion to its font.
-struct LegendLayout {
-    int scale = 1;
-    int sample_px = 0;
-    int bar_px = 0; ///< longest scale bar
-    int gap_px = 0;
-    int row_px = 0;
-
-    LegendLayout(int width, int height) {
-        constexpr int kPixelsPerScale = 400;
-        scale = std::max(std::min(width, height) / kPixelsPerScale, 1);
-        sample_px = 9 * scale;
-        bar_px = 60 * scale;
-        gap_px = 5 * scale;
-        row_px = Canvas::text_height(scale) + gap_px;
+Kind kind_of(NodeStatus status) noexcept {
+    switch (status) {
+    case NodeStatus::image:
+        return Kind::image;
+    case NodeStatus::geometry:
+        return Kind::geometry;
+    case NodeStatus::culled:
+        return Kind::culled;
+    case NodeStatus::recursed:
+        return Kind::recursed;
+    case NodeStatus::untouched:
+        break;
     }
-};
-
-/// Gives every entry its place, in rows. @return height of the legend [px]
-int place(std::span<LegendEntry> entries, const LegendLayout& layout, int width) noexcept {
-    const int left = 2 * layout.gap_px;
-    int x = left;
-    int y = layout.gap_px;
-    for (LegendEntry& entry : entries) {
-        const int sample = entry.sample == Sample::scale_bar ? layout.bar_px : layout.sample_px;
-        const int needed = sample + layout.gap_px + Canvas::text_width(entry.label, layout.scale);
-        if (x + needed > width && x > left) {
-            x = left;
-            y += layout.row_px;
-        }
-        entry.at = dvec2(x, y);
-        x += needed + 2 * layout.gap_px;
-    }
-    return y + layout.row_px;
+    return Kind::none;
 }
 
-/// The largest of 1, 2, 5, 10, ... that is not more.
-double round_length(double most) noexcept {
-    const double power = std::pow(10.0, std::floor(std::log10(most)));
-    for (const double factor : {5.0, 2.0}) {
-        if (factor * power <= most) {
-            return factor * power;
+Kind kind_of(OverlayShow show, NodeStatus status, ImageEvent event) noexcept {
+    if (show == OverlayShow::statuses) {
+        return kind_of(status);
+    }
+    if (show == OverlayShow::events) {
+        switch (event) {
+        case ImageEvent::made:
+            return Kind::made;
+        case ImageEvent::combined:
+            return Kind::combined;
+        case ImageEvent::reused:
+            return Kind::reused;
+        case ImageEvent::impossible:
+            return Kind::impossible;
+        case ImageEvent::none:
+            break;
         }
     }
-    return power;
+    const bool shown = status == NodeStatus::geometry ||
+                       (show == OverlayShow::errors && status == NodeStatus::image);
+    return shown ? kind_of(status) : Kind::none;
 }
 
-std::string length_text(double metres) {
-    constexpr double kKilometre = 1000.0;
+bool has_image(Kind kind) noexcept {
+    return kind == Kind::made || kind == Kind::combined || kind == Kind::reused;
+}
+
+glm::u8vec3 color_of(Kind kind, const OverlayColors& colors) noexcept {
+    switch (kind) {
+    case Kind::image:
+        return colors.image;
+    case Kind::made:
+        return colors.made;
+    case Kind::combined:
+        return colors.combined;
+    case Kind::reused:
+        return colors.reused;
+    case Kind::impossible:
+        return colors.impossible;
+    case Kind::geometry:
+        return colors.geometry;
+    case Kind::culled:
+        return colors.culled;
+    case Kind::recursed:
+    case Kind::none:
+        break;
+    }
+    return colors.recursed;
+}
+
+glm::u8vec3 error_color(double error_px, const Look& look) noexcept {
+    const double share = error_px / look.error_scale_px;
+    return share > 1.0 ? look.colors.beyond : heat_color(share);
+}
+
+/// All nodes that are drawn, parents before children.
+std::vector<Mark>
+marks_of(const Hierarchy& hierarchy, const OverlayNodes& nodes, const Look& look) {
+    std::vector<Mark> marks;
+    std::vector<bool> below_image(hierarchy.nodes.size());
+    for (std::size_t node = 0; node < hierarchy.nodes.size(); ++node) {
+        const HierarchyNode& of = hierarchy.nodes[node];
+        Mark mark;
+        mark.node = node;
+        mark.box = look.with_surfaces ? bounds(of) : of.items_box;
+        mark.status = at_or(nodes.statuses, node, NodeStatus::untouched);
+        mark.kind = kind_of(look.show, mark.status, at_or(nodes.events, node, ImageEvent::none));
+        mark.in_use = has_image(mark.kind) && !below_image[node];
+        if (has_image(mark.kind) || below_image[node]) {
+            for (const std::size_t child : {of.first_child, of.first_child + 1}) {
+                if (!is_leaf(of) && child < below_image.size()) {
+                    below_image[child] = true;
+                }
+            }
+        }
+        if (mark.kind == Kind::none || is_empty(mark.box)) {
+            continue;
+        }
+        mark.color = color_of(mark.kind, look.colors);
+        if (look.show == OverlayShow::errors && mark.kind == Kind::image) {
+            const auto facts = at_or(nodes.images, node, std::optional<ImageFacts>());
+            if (!facts) {
+                continue; // there is no error to show
+            }
+            mark.color = error_color(double{facts->error_px}, look);
+        }
+        marks.push_back(mark);
+    }
+    return marks;
+}
+
+/// Width of the outline of what is drawn so.
+double line_px(Kind kind, const Look& look) noexcept {
+    return kind == Kind::recursed ? look.line_px / 2.0 : look.line_px;
+}
+
+/// Opacity of the inside of what is drawn so on a map. Nodes left to their children lie under
+/// those.
+double tint(Kind kind, const Look& look) noexcept {
+    if (has_image(kind) || kind == Kind::impossible) {
+        return 1.0;
+    }
+    if (kind == Kind::recursed) {
+        return 0.0;
+    }
+    return look.show == OverlayShow::errors && kind == Kind::image ? kErrorTint : kTint;
+}
+
+std::string pixels_text(double pixels) {
     std::array<char, 32> text{};
-    const bool long_way = metres >= kKilometre;
-    std::snprintf(
-        text.data(),
-        text.size(),
-        "%g %s",
-        long_way ? metres / kKilometre : metres,
-        long_way ? "km" : "m"
-    );
+    std::snprintf(text.data(), text.size(), "%.3g px", pixels);
     return text.data();
 }
 
-void draw_eye(
-    Canvas& canvas, const dvec2& at, double size_px, const OverlayColors& colors
-) noexcept {
-    canvas.line(at, at, size_px, colors.text);
-    canvas.line(at, at, size_px * 0.6, colors.frustum);
-}
-
-/// A light line on a dark one, to be seen on any ground.
-void draw_path(
-    Canvas& canvas, std::span<const dvec2> points, double line_px, const OverlayColors& colors
-) noexcept {
-    for (std::size_t i = 1; i < points.size(); ++i) {
-        canvas.line(points[i - 1], points[i], kCasing * line_px, colors.text);
+/// What the colours of nodes mean, and how many have them.
+std::vector<LegendEntry> node_entries(std::span<const Mark> marks, const Look& look) {
+    std::array<std::size_t, kKinds> counts{};
+    std::size_t in_use = 0;
+    std::size_t beyond = 0;
+    for (const Mark& mark : marks) {
+        ++counts[index_of(mark.kind)];
+        in_use += mark.in_use ? 1U : 0U;
+        beyond += mark.kind == Kind::image && mark.color == look.colors.beyond ? 1U : 0U;
     }
-    for (std::size_t i = 1; i < points.size(); ++i) {
-        canvas.line(points[i - 1], points[i], line_px, colors.path);
+    const auto numbered = [](const std::string& name, std::size_t count) {
+        return name + " " + std::to_string(count);
+    };
+    std::vector<LegendEntry> entries;
+    const auto add = [&](Kind kind) {
+        const std::size_t index = index_of(kind);
+        entries.push_back(
+            {LegendSample::box,
+             numbered(kNames[index], counts[index]),
+             color_of(kind, look.colors),
+             line_px(kind, look),
+             tint(kind, look)}
+        );
+    };
+    switch (look.show) {
+    case OverlayShow::statuses:
+        for (const Kind kind : {Kind::image, Kind::geometry, Kind::culled, Kind::recursed}) {
+            add(kind);
+        }
+        break;
+    case OverlayShow::events:
+        for (const Kind kind :
+             {Kind::made, Kind::combined, Kind::reused, Kind::impossible, Kind::geometry}) {
+            add(kind);
+        }
+        entries.push_back(
+            {LegendSample::box, numbered("in use", in_use), look.colors.in_use, look.line_px}
+        );
+        break;
+    case OverlayShow::errors:
+        entries.push_back(
+            {LegendSample::ramp,
+             std::to_string(counts[index_of(Kind::image)] - beyond) + " from 0 to " +
+                 pixels_text(look.error_scale_px)}
+        );
+        entries.push_back(
+            {LegendSample::box,
+             numbered("beyond", beyond),
+             look.colors.beyond,
+             look.line_px,
+             tint(Kind::image, look)}
+        );
+        add(Kind::geometry);
+        break;
     }
+    return entries;
 }
 
-/// A line with ticks at both ends, of a round length. @return its right end [px]
-double draw_scale_bar(
-    Canvas& canvas,
-    const dvec2& begin,
-    double length_px,
-    const LegendLayout& layout,
-    const glm::u8vec3& color
-) noexcept {
-    const dvec2 end = begin + dvec2(std::round(length_px), 0.0);
-    const dvec2 tick(0.0, 2.5 * layout.scale);
-    canvas.line(begin, end, layout.scale, color);
-    canvas.line(begin - tick, begin + tick, layout.scale, color);
-    canvas.line(end - tick, end + tick, layout.scale, color);
-    return end.x;
+detail::LegendColors legend_colors(const OverlayColors& colors) noexcept {
+    return {colors.background, colors.text, colors.recursed, colors.frustum};
 }
 
-/// @param top [px] where the legend begins
-void draw_legend(
+/// Boxes on the map: those of statuses one status over the other, those of events nested.
+void draw_boxes(
     Canvas& canvas,
-    std::span<const LegendEntry> entries,
-    const LegendLayout& layout,
-    const OverlayColors& colors,
-    double top,
-    double pixels_per_metre
+    const Map& map,
+    const Hierarchy& hierarchy,
+    std::span<const Mark> marks,
+    const Look& look
 ) {
-    constexpr double kMiddleOfCapitals = 3.5;
-    const double size = layout.sample_px;
-    for (const LegendEntry& entry : entries) {
-        const dvec2 at = entry.at + dvec2(0.0, top);
-        const dvec2 left(at.x, at.y + kMiddleOfCapitals * layout.scale);
-        const dvec2 right = left + dvec2(size, 0.0);
-        std::string label = entry.label;
-        double end = right.x;
-        switch (entry.sample) {
-        case Sample::box: {
-            const double half = entry.line_px / 2.0;
-            const dvec2 lo(left.x + half, std::round(left.y - size / 2.0) + half);
-            const dvec2 hi = lo + (size - entry.line_px);
-            const std::array<dvec2, 4> square = {lo, dvec2(hi.x, lo.y), hi, dvec2(lo.x, hi.y)};
-            canvas.fill(square, entry.color, entry.tint);
-            canvas.outline(square, entry.line_px, entry.color);
-            break;
+    if (look.show != OverlayShow::events) {
+        for (const Kind kind : {Kind::recursed, Kind::culled, Kind::geometry, Kind::image}) {
+            for (const Mark& mark : marks) {
+                if (mark.kind != kind) {
+                    continue;
+                }
+                const std::vector<dvec2> outline = outline_of(mark.box, map, line_px(kind, look));
+                canvas.fill(outline, mark.color, tint(kind, look));
+                canvas.outline(outline, line_px(kind, look), mark.color);
+            }
         }
-        case Sample::line:
-            canvas.line(left, right, entry.line_px, entry.color);
-            break;
-        case Sample::path:
-            draw_path(canvas, std::array{left, right}, entry.line_px, colors);
-            break;
-        case Sample::eye:
-            draw_eye(canvas, (left + right) / 2.0, size, colors);
-            break;
-        case Sample::scale_bar: {
-            const double metres = round_length(layout.bar_px / pixels_per_metre);
-            end = draw_scale_bar(canvas, left, metres * pixels_per_metre, layout, entry.color);
-            label = length_text(metres);
-            break;
-        }
-        }
-        canvas.text({end + layout.gap_px, at.y}, label, layout.scale, colors.text);
+        return;
     }
+    // Where what is below a node is drawn.
+    std::vector<Inset> insets(hierarchy.nodes.size());
+    auto next = marks.begin();
+    for (std::size_t node = 0; node < hierarchy.nodes.size(); ++node) {
+        const Inset inset = node == 0 ? Inset{} : insets[hierarchy.nodes[node].parent];
+        insets[node] = inset;
+        if (next == marks.end() || next->node != node) {
+            continue;
+        }
+        const Mark& mark = *next++;
+        const bool thin = !mark.in_use && mark.kind != Kind::geometry;
+        const double width = thin ? look.line_px / 2.0 : look.line_px;
+        const std::vector<dvec2> outline = outline_of(mark.box, map, width, inset);
+        glm::u8vec3 color = mark.color;
+        if (mark.in_use) {
+            color = look.colors.in_use;
+        } else if (mark.kind != Kind::geometry) {
+            color = look.colors.recursed;
+        }
+        canvas.fill(outline, mark.color, tint(mark.kind, look));
+        canvas.outline(outline, width, color);
+        if (has_image(mark.kind)) {
+            insets[node] = inset_within(inset, mark.box, map);
+        }
+    }
+}
+
+/// Where the images were made that the frame shows, and where they are valid.
+void draw_zones(
+    Canvas& canvas,
+    const Map& map,
+    const OverlayNodes& nodes,
+    double line_px,
+    double mark_px,
+    const glm::u8vec3& color
+) {
+    for (std::size_t node = 0; node < nodes.images.size(); ++node) {
+        const std::optional<ImageFacts>& facts = nodes.images[node];
+        const bool image = at_or(nodes.statuses, node, NodeStatus::untouched) == NodeStatus::image;
+        if (!image || !facts) {
+            continue;
+        }
+        if (!is_empty(facts->zone) && is_finite(facts->zone)) {
+            canvas.outline(outline_of(facts->zone, map, line_px), line_px, color);
+        }
+        detail::draw_mark(canvas, map(dvec3(facts->viewpoint)), mark_px, line_px, color);
+    }
+}
+
+std::size_t count_shown(const OverlayNodes& nodes) noexcept {
+    std::size_t shown = 0;
+    for (std::size_t node = 0; node < nodes.images.size(); ++node) {
+        const bool image = at_or(nodes.statuses, node, NodeStatus::untouched) == NodeStatus::image;
+        shown += image && nodes.images[node] ? 1U : 0U;
+    }
+    return shown;
 }
 
 /// The quads of the images that a plan shows in the frame, as outlines.
@@ -409,6 +559,19 @@ class BoxPainter {
         }
     }
 
+    /// The inside of the outline of a box; nothing where part of it is behind the near plane.
+    void fill(const Box3f& box, double opacity, const glm::u8vec3& color) {
+        std::vector<dvec2> points;
+        for (unsigned index = 0; index < 8; ++index) {
+            const dvec3 point = world_to_camera_ * (dvec3(corner(box, index)) - eye_);
+            if (-point.z < lens_.near_distance) {
+                return;
+            }
+            points.push_back(project(point));
+        }
+        canvas_.fill(convex_hull(std::move(points)), color, opacity);
+    }
+
     [[nodiscard]] double distance_to(const Box3f& box) const noexcept {
         return distance(Box3d{dvec3(box.lo), dvec3(box.hi)}, eye_);
     }
@@ -431,55 +594,51 @@ class BoxPainter {
 
 } // namespace
 
+std::vector<std::optional<ImageFacts>> images_of(const ImageCache& cache) {
+    std::vector<std::optional<ImageFacts>> images;
+    images.reserve(cache.statuses().size());
+    for (std::size_t node = 0; node < cache.statuses().size(); ++node) {
+        images.push_back(cache.image_of(static_cast<std::uint32_t>(node)));
+    }
+    return images;
+}
+
 Picture birds_eye(
     const Hierarchy& hierarchy,
-    std::span<const NodeStatus> statuses,
+    const OverlayNodes& nodes,
     const View& view,
     const BirdsEyeOptions& options
 ) {
     FARFIELD_ASSERT(options.width >= 1 && options.height >= 1);
+    FARFIELD_ASSERT(options.error_scale_px > 0.0);
     const OverlayColors& colors = options.colors;
     const double line_px = options.line_px;
-    const std::array<StatusStyle, 4> styles = status_styles(options);
-    std::array<std::vector<Box3f>, 4> boxes;
-    for (std::size_t node = 0; node < std::min(hierarchy.nodes.size(), statuses.size()); ++node) {
-        const Box3f box = box_of(hierarchy.nodes[node], options.with_surfaces);
-        for (std::size_t style = 0; style < styles.size(); ++style) {
-            if (statuses[node] == styles[style].status && !is_empty(box)) {
-                boxes[style].push_back(box);
-            }
-        }
-    }
+    const Look look{options.show, options.error_scale_px, options.with_surfaces, line_px, colors};
+    const std::vector<Mark> marks = marks_of(hierarchy, nodes, look);
 
     const LegendLayout layout(options.width, options.height);
-    std::vector<LegendEntry> legend;
-    int legend_px = 0;
+    std::vector<LegendEntry> entries;
     if (options.legend) {
-        for (std::size_t style = styles.size(); style-- > 0;) {
-            const StatusStyle& of = styles[style];
-            legend.push_back(
-                {Sample::box,
-                 std::string(of.name) + " " + std::to_string(boxes[style].size()),
-                 of.color,
-                 of.line_px,
-                 of.tint}
+        entries = node_entries(marks, look);
+        if (options.zones) {
+            entries.push_back(
+                {LegendSample::mark,
+                 "viewpoint " + std::to_string(count_shown(nodes)),
+                 colors.zone,
+                 line_px / 2.0}
             );
         }
         if (options.plan != nullptr) {
-            legend.push_back({Sample::line, "image quad", colors.quad, line_px});
+            entries.push_back({LegendSample::line, "image quad", colors.quad, line_px});
         }
-        legend.push_back({Sample::line, "frustum", colors.frustum, line_px});
-        legend.push_back({Sample::eye, "eye"});
+        entries.push_back({LegendSample::line, "frustum", colors.frustum, line_px});
+        entries.push_back({LegendSample::eye, "eye"});
         if (!options.path.empty()) {
-            legend.push_back({Sample::path, "path", colors.path, line_px});
+            entries.push_back({LegendSample::path, "path", colors.path, line_px});
         }
-        legend.push_back({Sample::scale_bar, "000 m", colors.text});
-        legend_px = place(legend, layout, options.width);
-        if (legend_px > options.height / 3) {
-            legend.clear();
-            legend_px = 0;
-        }
+        entries.push_back({LegendSample::scale_bar, "000 m", colors.text});
     }
+    const Legend legend(std::move(entries), layout, options.width, options.height / 3);
 
     const dvec3 eye = view.eye - hierarchy.origin;
     Box3d shown{eye, eye};
@@ -490,10 +649,10 @@ Picture birds_eye(
     for (const dvec3& point : options.path) {
         shown = unite(shown, point - hierarchy.origin);
     }
-    const int map_height = options.height - legend_px;
+    const int map_height = options.height - legend.height();
     const Map map(options.up, shown, dvec2(options.width, map_height));
 
-    Picture picture = blank_picture(options.width, map_height, colors.background);
+    Picture picture = detail::blank_picture(options.width, map_height, colors.background);
     Canvas canvas(picture);
     std::vector<dvec2> seen = {map(eye)};
     for (const dvec3& corner : window_corners(view, view.lens.far_distance)) {
@@ -501,57 +660,62 @@ Picture birds_eye(
     }
     seen = convex_hull(seen);
     canvas.fill(seen, colors.frustum, kFrustumTint);
-    for (std::size_t style = 0; style < styles.size(); ++style) {
-        for (const Box3f& box : boxes[style]) {
-            const std::vector<dvec2> outline = outline_of(box, map, styles[style].line_px);
-            canvas.fill(outline, styles[style].color, styles[style].tint);
-            canvas.outline(outline, styles[style].line_px, styles[style].color);
-        }
-    }
+    draw_boxes(canvas, map, hierarchy, marks, look);
     if (options.plan != nullptr) {
         draw_quads(canvas, map, *options.plan, hierarchy.origin, options);
+    }
+    if (options.zones) {
+        draw_zones(canvas, map, nodes, line_px / 2.0, layout.sample_px * 0.6, colors.zone);
     }
     std::vector<dvec2> path;
     for (const dvec3& point : options.path) {
         path.push_back(map(point - hierarchy.origin));
     }
-    draw_path(canvas, path, line_px, colors);
+    detail::draw_cased_path(canvas, path, line_px, colors.text, colors.path);
     canvas.outline(seen, line_px, colors.frustum);
-    draw_eye(canvas, map(eye), layout.sample_px, colors);
-
-    if (!legend.empty()) {
-        // Rows are stored from the top, so the legend goes below the map by adding some.
-        const Picture below = blank_picture(options.width, legend_px, colors.background);
-        picture.rgba.insert(picture.rgba.end(), below.rgba.begin(), below.rgba.end());
-        picture.height = options.height;
-        canvas.line({0.0, map_height}, {options.width, map_height}, 1.0, colors.recursed);
-        draw_legend(canvas, legend, layout, colors, map_height, map.pixels_per_metre());
-    }
+    detail::draw_eye(canvas, map(eye), layout.sample_px, colors.text, colors.frustum);
+    legend.append_to(picture, legend_colors(colors), map.pixels_per_metre());
     return picture;
 }
 
-void draw_status(
+void draw_nodes(
     Picture& frame,
     const Hierarchy& hierarchy,
-    std::span<const NodeStatus> statuses,
+    const OverlayNodes& nodes,
     const View& view,
-    const StatusOptions& options
+    const NodeOverlayOptions& options
 ) {
+    FARFIELD_ASSERT(options.error_scale_px > 0.0);
+    const Look look{
+        options.show,
+        options.error_scale_px,
+        options.with_surfaces,
+        options.line_px,
+        options.colors};
+    const std::vector<Mark> marks = marks_of(hierarchy, nodes, look);
     BoxPainter painter(frame, view, hierarchy.origin);
     std::vector<std::pair<double, std::size_t>> far_to_near;
-    for (std::size_t node = 0; node < std::min(hierarchy.nodes.size(), statuses.size()); ++node) {
-        const Box3f box = box_of(hierarchy.nodes[node], options.with_surfaces);
-        const bool shown =
-            statuses[node] == NodeStatus::image || statuses[node] == NodeStatus::geometry;
-        if (shown && !is_empty(box)) {
-            far_to_near.emplace_back(-painter.distance_to(box), node);
+    for (std::size_t i = 0; i < marks.size(); ++i) {
+        const Mark& mark = marks[i];
+        const bool shown = mark.status == NodeStatus::image || mark.status == NodeStatus::geometry;
+        if (shown || mark.kind == Kind::made || mark.kind == Kind::combined) {
+            far_to_near.emplace_back(-painter.distance_to(mark.box), i);
         }
     }
     std::sort(far_to_near.begin(), far_to_near.end());
-    for (const auto& [distance, node] : far_to_near) {
-        const glm::u8vec3& color =
-            statuses[node] == NodeStatus::image ? options.colors.image : options.colors.geometry;
-        painter.draw(box_of(hierarchy.nodes[node], options.with_surfaces), options.line_px, color);
+    for (const auto& [distance, i] : far_to_near) {
+        const Mark& mark = marks[i];
+        const bool shown = mark.status == NodeStatus::image || mark.status == NodeStatus::geometry;
+        if (look.show == OverlayShow::errors && mark.kind == Kind::image) {
+            painter.fill(mark.box, kTint, mark.color);
+        }
+        painter.draw(mark.box, shown ? look.line_px : look.line_px / 2.0, mark.color);
+    }
+    if (options.legend) {
+        std::vector<LegendEntry> entries = node_entries(marks, look);
+        const LegendLayout layout(frame.width, frame.height);
+        Legend(std::move(entries), layout, frame.width, frame.height / 3)
+            .append_to(frame, legend_colors(options.colors), 1.0);
     }
 }
 
