@@ -633,6 +633,7 @@ void fill(const ContenderResult& result, RunReport::Work& report) {
     std::uint64_t created = 0;
     std::uint64_t combined = 0;
     std::uint64_t reused = 0;
+    std::uint64_t impossible = 0;
     std::uint64_t stale = 0;
     std::uint64_t evicted = 0;
     std::uint64_t refused = 0;
@@ -644,6 +645,7 @@ void fill(const ContenderResult& result, RunReport::Work& report) {
         created += frame.cache.images_created;
         combined += frame.cache.images_combined;
         reused += frame.cache.images_reused;
+        impossible += frame.cache.images_impossible;
         stale += frame.cache.images_stale;
         evicted += frame.cache.images_evicted;
         refused += frame.cache.images_refused;
@@ -660,6 +662,7 @@ void fill(const ContenderResult& result, RunReport::Work& report) {
     report.new_count = created - combined;
     report.combined = combined;
     report.reused = reused;
+    report.impossible = impossible;
     report.budget_misses = refused;
 }
 

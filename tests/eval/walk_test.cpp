@@ -88,6 +88,7 @@ class NumberedPlanner {
             statistics_.images_created = plan_.cache;
             statistics_.images_combined = 1;
             statistics_.images_reused = 10;
+            statistics_.images_impossible = 6;
             statistics_.images_stale = 2;
             statistics_.images_evicted = 3;
             statistics_.images_refused = 4;
@@ -636,6 +637,7 @@ TEST_CASE("figures of a contender come from its frames", "[walk]") {
     CHECK(*report.work.combined == 5);
     CHECK(*report.work.new_count == 10);
     CHECK(*report.work.images_reused == 50);
+    CHECK(*report.work.impossible == 30);
     CHECK(*report.work.stale == 10);
     CHECK(*report.work.evicted == 15);
     CHECK(*report.work.budget_misses == 20);
