@@ -394,21 +394,9 @@ int main(int argc, char** argv) {
     app.add_option("--surfaces", options.run.cache.surfaces, "where split surfaces are drawn")
         ->transform(CLI::CheckedTransformer(placements));
     run::add_axis_options(app, options.run);
-    app.add_option("--directions", options.world.bsp.directions, "of splitting planes around up");
-    app.add_flag(
-        "--split-vertically", options.world.bsp.split_vertically, "splits storeys as well"
-    );
-    app.add_option("--max-items", options.world.max_items, "kept whole rather than cut one");
-    app.add_option(
-        "--max-piece-primitives",
-        options.world.bsp.max_piece_primitives,
-        "of split surfaces in a leaf"
-    );
+    run::add_partition_options(app, options.world);
     app.add_option(
         "--overlap-px", options.run.cache.overlap_px, "least overlap of split surfaces [texels]"
-    );
-    app.add_option(
-        "--inflation", options.world.bsp.inflation, "overlap of split surfaces [fraction]"
     );
     app.add_option("--json", options.json, "file for all figures");
     app.add_option("--frames-csv", options.frames_csv, "file for the figures of every frame");

@@ -41,6 +41,33 @@ void add_scene_options(CLI::App& app, WorldOptions& options) {
     }
 }
 
+void add_partition_options(CLI::App& app, WorldOptions& options) {
+    app.add_option("--partition", options.partition, "of the scene")
+        ->check(CLI::IsMember({"bsp", "kdtree", "octree"}));
+    app.add_option("--directions", options.bsp.directions, "bsp: of splitting planes around up");
+    app.add_flag("--split-vertically", options.bsp.split_vertically, "bsp: splits storeys as well");
+    app.add_option("--max-items", options.max_items, "bsp: kept whole rather than cut one");
+    app.add_option(
+        "--max-piece-primitives",
+        options.bsp.max_piece_primitives,
+        "bsp: of split surfaces in a leaf"
+    );
+    app.add_option("--branching", options.cells.branching, "kdtree: boxes in a box")
+        ->check(CLI::IsMember({2, 4, 8}));
+    app.add_option("--max-primitives", options.cells.max_primitives, "kdtree, octree: of a leaf");
+    app.add_option(
+        "--max-depth", options.cells.max_depth, "kdtree, octree: levels of boxes in boxes"
+    );
+    app.add_option_function<float>(
+        "--inflation",
+        [&options](float value) {
+            options.bsp.inflation = value;
+            options.cells.inflation = value;
+        },
+        "overlap of split surfaces [fraction]"
+    );
+}
+
 void add_axis_options(CLI::App& app, RunOptions& options) {
     const std::map<std::string, ImageValidity> validities = {
         {"angle", ImageValidity::angle},

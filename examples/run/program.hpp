@@ -16,6 +16,10 @@ namespace farfield::run {
 /// parameters of every scene of the catalogue.
 void add_scene_options(CLI::App& app, WorldOptions& options);
 
+/// Adds the options that say how the scene is cut: --partition, and what a BSP, a k-d tree and an
+/// octree leave open.
+void add_partition_options(CLI::App& app, WorldOptions& options);
+
 /// Adds the options that say how an image cache decides: --validity, --orientation and --policy in
 /// place of the preset's, --quad-depth, --all-around.
 void add_axis_options(CLI::App& app, RunOptions& options);

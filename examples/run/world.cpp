@@ -2,6 +2,8 @@
 
 #include <farfield/io/mesh_tools.hpp>
 #include <farfield/io/scene_file.hpp>
+#include <farfield/math/triangle_box.hpp>
+#include <farfield/partition/octree.hpp>
 
 #include <glm/geometric.hpp>
 
@@ -21,8 +23,9 @@ double milliseconds_since(std::chrono::steady_clock::time_point begin) {
         .count();
 }
 
-Result<Hierarchy> build_hierarchy(const Scene& scene, partition::BspOptions options) {
-    options.up = scene.up;
+/// @param max_items of the leaves of a BSP
+Result<Hierarchy>
+build_hierarchy(const Scene& scene, const WorldOptions& options, std::uint32_t max_items) {
     std::vector<Object> objects;
     objects.reserve(scene.instances.size());
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
@@ -33,22 +36,42 @@ Result<Hierarchy> build_hierarchy(const Scene& scene, partition::BspOptions opti
              .splittable = mesh.splittable}
         );
     }
-    return partition::build_bsp(
-        objects,
-        options,
-        [&](std::uint32_t object, std::uint32_t primitive) {
-            const Instance& instance = scene.instances[object];
-            const Mesh& mesh = scene.meshes[index_of(instance.mesh)];
-            Box3d box;
-            for (std::size_t k = 0; k < 3; ++k) {
-                const glm::vec3& p = mesh.positions[mesh.indices[std::size_t{primitive} * 3 + k]];
-                box = unite(
-                    box, instance.object_to_world * glm::dvec4(mesh.origin + glm::dvec3(p), 1.0)
-                );
-            }
-            return box;
-        }
-    );
+    const auto triangle = [&](std::uint32_t object, std::uint32_t primitive) -> Triangle3d {
+        const Instance& instance = scene.instances[object];
+        const Mesh& mesh = scene.meshes[index_of(instance.mesh)];
+        const auto corner = [&](std::size_t k) -> glm::dvec3 {
+            const glm::vec3& p = mesh.positions[mesh.indices[std::size_t{primitive} * 3 + k]];
+            return instance.object_to_world * glm::dvec4(mesh.origin + glm::dvec3(p), 1.0);
+        };
+        return {corner(0), corner(1), corner(2)};
+    };
+    if (options.partition == "kdtree") {
+        return partition::build_kdtree(objects, options.cells, triangle);
+    }
+    if (options.partition == "octree") {
+        const partition::KdTreeOptions& cells = options.cells;
+        return partition::build_octree(
+            objects,
+            {.max_primitives = cells.max_primitives,
+             .max_depth = cells.max_depth,
+             .inflation = cells.inflation,
+             .max_copies = cells.max_copies},
+            triangle
+        );
+    }
+    if (options.partition != "bsp") {
+        return fail(
+            ErrorCode::invalid_argument,
+            "partition \"" + options.partition +
+                "\" does not exist, expected one of bsp, kdtree, octree"
+        );
+    }
+    partition::BspOptions bsp = options.bsp;
+    bsp.up = scene.up;
+    bsp.max_items = max_items;
+    return partition::build_bsp(objects, bsp, [&](std::uint32_t object, std::uint32_t primitive) {
+        return bounds(triangle(object, primitive));
+    });
 }
 
 /// The scene and its walk, from the catalogue or from a file.
@@ -209,9 +232,7 @@ Result<World> load_world(const WorldOptions& options) {
         return tl::unexpected(std::move(chosen).error());
     }
     const auto begin = std::chrono::steady_clock::now();
-    partition::BspOptions bsp = options.bsp;
-    bsp.max_items = options.max_items.value_or(max_items);
-    auto hierarchy = build_hierarchy(world.scene, bsp);
+    auto hierarchy = build_hierarchy(world.scene, options, options.max_items.value_or(max_items));
     if (!hierarchy) {
         return tl::unexpected(hierarchy.error());
     }

@@ -6,6 +6,7 @@
 #include <farfield/math/view.hpp>
 #include <farfield/partition/bsp.hpp>
 #include <farfield/partition/hierarchy.hpp>
+#include <farfield/partition/kdtree.hpp>
 #include <farfield/scene/scene.hpp>
 #include <farfield/technique/mesh_lod.hpp>
 
@@ -29,7 +30,9 @@ struct WorldOptions {
     std::optional<int> whole_path; ///< the whole path in so many frames
     std::string size;              ///< WIDTHxHEIGHT; empty: the scene's own
     std::optional<double> fov_deg;
+    std::string partition = "bsp"; ///< bsp, kdtree or octree
     partition::BspOptions bsp;
+    partition::KdTreeOptions cells; ///< of a k-d tree, and all but `branching` of an octree
     std::optional<std::uint32_t> max_items;
     bool levels = false; ///< levels of detail are made as well, for `mesh-lod`
 };
