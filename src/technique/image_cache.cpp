@@ -227,8 +227,7 @@ struct ImageCache::Impl {
     /// True when the node's own image must reach beyond its cell to hide cracks. Images of children
     /// reach beyond theirs already.
     [[nodiscard]] bool needs_overlap(std::uint32_t index) const noexcept {
-        return with_surfaces() && !hierarchy->clip_leaves && node(index).piece_count > 0 &&
-               states[index].bakes_geometry;
+        return with_surfaces() && !is_empty(node(index).pieces_box) && states[index].bakes_geometry;
     }
     /// What the images and the geometry of a node are about.
     [[nodiscard]] Box3f contents_box(const HierarchyNode& of) const noexcept {
@@ -774,23 +773,10 @@ Box3f ImageCache::Impl::surface_clip(const HierarchyNode& of) const noexcept {
     }
     const glm::vec3& eye = frame.camera.eye;
     const glm::vec3 size = extent(of.pieces_box);
-    glm::vec3 margin = size * (hierarchy->inflation * 0.5F);
-    if (hierarchy->clip_leaves) {
-        // Through the faces that the eye sees: what lies beyond them is nearer, and drawn over it.
-        const glm::vec3 reach = glm::max(glm::abs(of.pieces_box.lo), glm::abs(of.pieces_box.hi));
-        const float largest = std::max({size.x, size.y, size.z});
-        const float farthest = std::max({reach.x, reach.y, reach.z});
-        constexpr float kRounding = 4.0F * std::numeric_limits<float>::epsilon();
-        Box3f clip = inflate(of.pieces_box, glm::vec3(kClipSlack * largest + kRounding * farthest));
-        for (int axis = 0; axis < 3; ++axis) {
-            clip.lo[axis] -= eye[axis] < of.pieces_box.lo[axis] ? margin[axis] : 0.0F;
-            clip.hi[axis] += eye[axis] > of.pieces_box.hi[axis] ? margin[axis] : 0.0F;
-        }
-        return clip;
-    }
     const glm::vec3 to_box = center(of.pieces_box) - eye;
     const float range = glm::length(to_box);
     const float texel = range / frame.camera.pixels_per_tangent_y;
+    glm::vec3 margin = size * (hierarchy->inflation * 0.5F);
     for (int axis = 0; axis < 3; ++axis) {
         // A step along the axis is foreshortened by the sine of its angle with the line of sight.
         const float cosine = range > 0.0F ? to_box[axis] / range : 0.0F;
@@ -798,7 +784,20 @@ Box3f ImageCache::Impl::surface_clip(const HierarchyNode& of) const noexcept {
         const float wanted = static_cast<float>(options.overlap_px) * texel / sine;
         margin[axis] = std::max(margin[axis], std::min(wanted, kMostOverlap * size[axis]));
     }
-    return inflate(of.pieces_box, margin);
+    if (!hierarchy->clip_leaves) {
+        return inflate(of.pieces_box, margin);
+    }
+    // Through the faces that the eye sees: what lies beyond them is nearer, and drawn over it.
+    const glm::vec3 reach = glm::max(glm::abs(of.pieces_box.lo), glm::abs(of.pieces_box.hi));
+    const float largest = std::max({size.x, size.y, size.z});
+    const float farthest = std::max({reach.x, reach.y, reach.z});
+    constexpr float kRounding = 4.0F * std::numeric_limits<float>::epsilon();
+    Box3f clip = inflate(of.pieces_box, glm::vec3(kClipSlack * largest + kRounding * farthest));
+    for (int axis = 0; axis < 3; ++axis) {
+        clip.lo[axis] -= eye[axis] < of.pieces_box.lo[axis] ? margin[axis] : 0.0F;
+        clip.hi[axis] += eye[axis] > of.pieces_box.hi[axis] ? margin[axis] : 0.0F;
+    }
+    return clip;
 }
 
 void ImageCache::Impl::write_image_contents(
@@ -960,7 +959,7 @@ void ImageCache::Impl::write_whole(std::uint32_t index) noexcept {
     const HierarchyNode& here = node(index);
     writer.items(here.first_item, here.item_count);
     write_surfaces_of(index);
-    if (with_surfaces() && !hierarchy->clip_leaves && is_leaf(here) && here.piece_count > 0) {
+    if (with_surfaces() && is_leaf(here) && !is_empty(here.pieces_box)) {
         // Images before it may have moved away from its edge by the threshold.
         const Box3f box = unite(here.items_box, surface_clip(here));
         const auto clip = static_cast<std::uint32_t>(plan.clips.size());

@@ -27,6 +27,21 @@ bool within(const Box3f& inner, const Box3f& outer) {
     return contains(outer, inner.lo) && contains(outer, inner.hi);
 }
 
+/// The largest box that contents may be clipped to: half as large again on the sides that the eye
+/// sees, and enlarged by rounding alone on the others.
+Box3f largest_clip(const Box3f& contents, const glm::vec3& eye) {
+    const glm::vec3 size = extent(contents);
+    const glm::vec3 reach = glm::max(glm::abs(contents.lo), glm::abs(contents.hi));
+    const float rounding =
+        2e-4F * std::max({size.x, size.y, size.z}) + 1e-5F * std::max({reach.x, reach.y, reach.z});
+    Box3f box = inflate(contents, glm::vec3(rounding));
+    for (int axis = 0; axis < 3; ++axis) {
+        box.lo[axis] -= eye[axis] < contents.lo[axis] ? 0.5F * size[axis] : 0.0F;
+        box.hi[axis] += eye[axis] > contents.hi[axis] ? 0.5F * size[axis] : 0.0F;
+    }
+    return box;
+}
+
 bool all_different(std::vector<std::uint32_t> numbers) {
     std::sort(numbers.begin(), numbers.end());
     return std::adjacent_find(numbers.begin(), numbers.end()) == numbers.end();
@@ -121,7 +136,9 @@ void PlanReplay::read_pieces(
     }
 }
 
-std::uint32_t PlanReplay::clipped_leaf(const FramePlan& plan, const Command& command) const {
+std::optional<std::uint32_t>
+PlanReplay::clipped_leaf(const FramePlan& plan, const Pass& pass, const Command& command) const {
+    const glm::vec3 eye(pass.view.eye - hierarchy_->origin);
     const Box3f& clip = plan.clips.at(command.clip);
     std::vector<Piece> drawn(
         plan.pieces.begin() + command.first_piece,
@@ -140,13 +157,8 @@ std::uint32_t PlanReplay::clipped_leaf(const FramePlan& plan, const Command& com
     const std::vector<std::uint32_t> positions = primitives(drawn);
     for (std::uint32_t index = 0; index < hierarchy_->nodes.size(); ++index) {
         const HierarchyNode& node = hierarchy_->nodes[index];
-        // Enlarged by no more than the builder found guests for, and by rounding.
-        const glm::vec3 size = extent(node.pieces_box);
-        const float rounding = 1e-3F * std::max({size.x, size.y, size.z, 1.0F});
         if (!is_leaf(node) || is_empty(node.pieces_box) || !within(node.pieces_box, clip) ||
-            !within(
-                clip, inflate(node.pieces_box, 0.5F * hierarchy_->inflation * size + rounding)
-            )) {
+            !within(clip, largest_clip(node.pieces_box, eye))) {
             continue;
         }
         std::vector<Piece> all(
@@ -162,7 +174,7 @@ std::uint32_t PlanReplay::clipped_leaf(const FramePlan& plan, const Command& com
             return index;
         }
     }
-    broken("a clipped command draws what is no leaf");
+    return std::nullopt;
 }
 
 void PlanReplay::check_current(const ReplayedImage& image) const {
@@ -254,6 +266,7 @@ PlanReplay::Contents PlanReplay::read(const FramePlan& plan, const Pass& pass) {
     std::int64_t images_to = -1; // and by the images among them
     Contents contents;
     std::vector<std::uint32_t> masked;
+    std::vector<std::uint32_t> clipped;
     for (std::uint32_t c = 0; c < pass.command_count; ++c) {
         const Command& command = plan.commands[pass.first_command + c];
         if (command.kind == Command::Kind::images) {
@@ -314,10 +327,16 @@ PlanReplay::Contents PlanReplay::read(const FramePlan& plan, const Pass& pass) {
                 command.clip >= plan.clips.size()) {
                 broken("a clipped command where none belongs");
             }
-            if (!hierarchy_->clip_leaves) {
+            const std::optional<std::uint32_t> found = clipped_leaf(plan, pass, command);
+            if (!hierarchy_->clip_leaves || !found) {
                 continue;
             }
-            const std::uint32_t leaf = clipped_leaf(plan, command);
+            const std::uint32_t leaf = *found;
+            // Guests alone may be what the overlap with their homes draws as well.
+            if (std::find(clipped.begin(), clipped.end(), leaf) != clipped.end()) {
+                continue;
+            }
+            clipped.push_back(leaf);
             contents.pieces.push_back(leaf);
             // Within a run of geometry the order is free.
             if (ordered && static_cast<std::int64_t>(ranks_[leaf]) <= images_to) {

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -99,8 +100,10 @@ class PlanReplay {
     void read_pieces(
         const FramePlan& plan, const Command& command, std::vector<std::uint32_t>& leaves
     ) const;
-    /// The leaf whose surfaces, all that reach into it, a command draws within its clip box.
-    [[nodiscard]] std::uint32_t clipped_leaf(const FramePlan& plan, const Command& command) const;
+    /// The leaf whose surfaces, all that reach into it, a command draws within its clip box; none
+    /// where it draws an overlap.
+    [[nodiscard]] std::optional<std::uint32_t>
+    clipped_leaf(const FramePlan& plan, const Pass& pass, const Command& command) const;
     void check_current(const ReplayedImage& image) const;
     void check_movers(const Frustum& frustum, const Contents& contents) const;
     void check_source(const Place& place, const Region& source) const;
