@@ -90,6 +90,7 @@ TEST_CASE("the crowns close over the whole forest", "[forest]") {
     const std::vector<int> counts = farfield::test::triangles_by_cell(canonical(), {16, 2, 16});
     CHECK(counts.size() == 512);
     CHECK(*std::min_element(counts.begin(), counts.end()) >= 1);
+    CHECK(farfield::test::boxes_of_kdtree(canonical(), 8, 3) == 1 + 8 + 64 + 512);
 }
 
 TEST_CASE("trees stand apart, and each where its neighbours leave it room", "[forest]") {
