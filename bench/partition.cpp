@@ -3,6 +3,8 @@
 // one thread as ours.
 #include "../tests/partition/scenes.hpp"
 #include <farfield/partition/bsp.hpp>
+#include <farfield/partition/kdtree.hpp>
+#include <farfield/partition/octree.hpp>
 
 #include <benchmark/benchmark.h>
 #if FARFIELD_BENCH_EMBREE
@@ -11,6 +13,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -47,7 +50,8 @@ double surface_cost(const farfield::Hierarchy& tree) {
         const double area = SurfaceCost::area(glm::dvec3(box.hi) - glm::dvec3(box.lo));
         cost.root = &node == tree.nodes.data() ? area : cost.root;
         const bool leaf = farfield::is_leaf(node);
-        cost.sum += area * static_cast<double>(leaf ? node.item_count + node.piece_primitives : 1U);
+        const std::uint64_t drawn = node.item_count + node.piece_primitives + node.guest_primitives;
+        cost.sum += area * static_cast<double>(leaf ? drawn : 1U);
     }
     return cost.value();
 }
@@ -60,7 +64,22 @@ void report(benchmark::State& state, const farfield::Hierarchy& tree, std::size_
     state.counters["leaves"] = Counter(tree.quality.leaves);
     state.counters["surface_cost"] = Counter(surface_cost(tree));
     state.counters["cut_items"] = Counter(tree.quality.cut_items);
+    state.counters["guests"] = Counter(static_cast<double>(tree.nodes[0].guest_primitives));
     state.counters["tree_bytes"] = Counter(static_cast<double>(farfield::memory_bytes(tree)));
+}
+
+template <typename Builder>
+void measure(benchmark::State& state, std::size_t elements, const Builder& builder) {
+    farfield::Hierarchy last;
+    while (state.KeepRunning()) {
+        auto tree = builder();
+        if (!tree) {
+            state.SkipWithError(tree.error().message.c_str());
+            return;
+        }
+        last = std::move(*tree);
+    }
+    report(state, last, elements);
 }
 
 void build(
@@ -70,16 +89,18 @@ void build(
     const farfield::partition::BspOptions& options,
     const farfield::PrimitiveBounds& primitive_bounds = {}
 ) {
-    farfield::Hierarchy last;
-    while (state.KeepRunning()) {
-        auto tree = farfield::partition::build_bsp(objects, options, primitive_bounds);
-        if (!tree) {
-            state.SkipWithError(tree.error().message.c_str());
-            return;
-        }
-        last = std::move(*tree);
-    }
-    report(state, last, elements);
+    measure(state, elements, [&] {
+        return farfield::partition::build_bsp(objects, options, primitive_bounds);
+    });
+}
+
+/// Leaves of one box, as a BSP's; cells of these scenes need 17 halvings and more.
+void build_kdtree(benchmark::State& state, std::span<const Object> objects) {
+    measure(state, objects.size(), [&] {
+        return farfield::partition::build_kdtree(
+            objects, {.branching = 4, .max_primitives = 1, .max_depth = 16}
+        );
+    });
 }
 
 void random_boxes(benchmark::State& state) {
@@ -111,6 +132,100 @@ void touching_primitives(benchmark::State& state) {
     build(state, {&object, 1}, tiles.size(), {}, [&](std::uint32_t, std::uint32_t primitive) {
         return tiles[primitive].bounds;
     });
+}
+
+void kdtree_random_boxes(benchmark::State& state) {
+    build_kdtree(
+        state, farfield::support::random_boxes(static_cast<std::size_t>(state.range(0)), 1)
+    );
+}
+
+void kdtree_touching_grid(benchmark::State& state) {
+    build_kdtree(state, farfield::support::grid_boxes(static_cast<std::size_t>(state.range(0))));
+}
+
+void kdtree_clusters(benchmark::State& state) {
+    build_kdtree(
+        state, farfield::support::clustered_boxes(static_cast<std::size_t>(state.range(0)), 1)
+    );
+}
+
+/// A height field of about so many triangles: hills of 50 m on squares of 1 m.
+struct Ground {
+    explicit Ground(std::size_t triangles)
+        : posts(static_cast<std::size_t>(std::sqrt(static_cast<double>(triangles) / 2.0)) + 1) {
+        for (std::size_t index = 0; index < posts * posts; ++index) {
+            const auto x = static_cast<double>(index % posts);
+            const auto z = static_cast<double>(index / posts);
+            const double height = 25.0 * (std::sin(0.05 * x) + std::sin(0.031 * z + 1.0));
+            vertices.emplace_back(x, height, z);
+        }
+        object.splittable = true;
+        object.primitives = 2 * (posts - 1) * (posts - 1);
+        for (const glm::dvec3& vertex : vertices) {
+            object.bounds = unite(object.bounds, vertex);
+        }
+    }
+
+    [[nodiscard]] farfield::Triangle3d triangle(std::uint32_t index) const {
+        const std::size_t cell = index / 2;
+        const std::size_t corner = cell / (posts - 1) * posts + cell % (posts - 1);
+        const std::size_t half = index % 2 == 0 ? corner : corner + posts + 1;
+        return {vertices[half], vertices[corner + 1], vertices[corner + posts]};
+    }
+
+    std::size_t posts;
+    std::vector<glm::dvec3> vertices;
+    Object object;
+};
+
+/// Ground cut to leaves of `max_primitives` triangles: by the BSP, which takes their boxes and
+/// cuts none; by k-d tree and octree, which take the triangles, or for comparison their boxes.
+enum class GroundBuilder { bsp, kdtree, kdtree_boxes, octree };
+
+void build_ground(benchmark::State& state, GroundBuilder builder) {
+    const Ground ground(static_cast<std::size_t>(state.range(0)));
+    const auto most = static_cast<std::uint32_t>(state.range(1));
+    const std::span<const Object> objects(&ground.object, 1);
+    const farfield::PrimitiveBounds boxes = [&](std::uint32_t, std::uint32_t primitive) {
+        return farfield::bounds(ground.triangle(primitive));
+    };
+    const farfield::PrimitiveTriangle triangles = [&](std::uint32_t, std::uint32_t primitive) {
+        return ground.triangle(primitive);
+    };
+    const farfield::partition::KdTreeOptions options{
+        .branching = 4, .max_primitives = most, .max_depth = 12};
+    measure(state, ground.object.primitives, [&] {
+        switch (builder) {
+        case GroundBuilder::bsp:
+            return farfield::partition::build_bsp(objects, {.max_piece_primitives = most}, boxes);
+        case GroundBuilder::kdtree:
+            return farfield::partition::build_kdtree(objects, options, triangles);
+        case GroundBuilder::kdtree_boxes:
+            return farfield::partition::build_kdtree(objects, options, boxes);
+        case GroundBuilder::octree:
+            break;
+        }
+        return farfield::partition::build_octree(
+            objects, {.max_primitives = most, .max_depth = 12}, triangles
+        );
+    });
+}
+
+void ground_bsp(benchmark::State& state) {
+    build_ground(state, GroundBuilder::bsp);
+}
+
+void ground_kdtree(benchmark::State& state) {
+    build_ground(state, GroundBuilder::kdtree);
+}
+
+void ground_kdtree_boxes(benchmark::State& state) {
+    build_ground(state, GroundBuilder::kdtree_boxes);
+}
+
+void ground_octree(benchmark::State& state) {
+    build_ground(state, GroundBuilder::octree);
 }
 
 /// 1117 trees and nothing else, then with a terrain of 131,072 triangles; on discs of two sizes.
@@ -333,6 +448,34 @@ BENCHMARK(clusters)->ArgNames({"objects"})->ArgsProduct({kCounts})->Unit(benchma
 BENCHMARK(touching_primitives)
     ->ArgNames({"primitives"})
     ->ArgsProduct({kCounts})
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(kdtree_random_boxes)
+    ->ArgNames({"objects"})
+    ->ArgsProduct({kCounts})
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(kdtree_touching_grid)
+    ->ArgNames({"objects"})
+    ->ArgsProduct({kCounts})
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(kdtree_clusters)
+    ->ArgNames({"objects"})
+    ->ArgsProduct({kCounts})
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(ground_bsp)
+    ->ArgNames({"triangles", "leaf"})
+    ->ArgsProduct({{10'000, 100'000, 1'000'000}, {64, 4096}})
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(ground_kdtree)
+    ->ArgNames({"triangles", "leaf"})
+    ->ArgsProduct({{10'000, 100'000, 1'000'000}, {64, 4096}})
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(ground_kdtree_boxes)
+    ->ArgNames({"triangles", "leaf"})
+    ->ArgsProduct({{10'000, 100'000, 1'000'000}, {64, 4096}})
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(ground_octree)
+    ->ArgNames({"triangles", "leaf"})
+    ->ArgsProduct({{10'000, 100'000, 1'000'000}, {64, 4096}})
     ->Unit(benchmark::kMillisecond);
 BENCHMARK(island)
     ->ArgNames({"radius", "terrain", "directions"})

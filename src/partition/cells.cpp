@@ -17,6 +17,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -370,31 +371,44 @@ class CellBuilder {
                 (middle_behind ? reaches_behind : reaches_front) = true;
             }
             const bool home_behind = reaches_behind && (middle_behind || !reaches_front);
+            // In a cell that holds all of it a primitive reaches what its box reaches.
+            triangle_ = {};
+            const bool by_box = triangle_of_ == nullptr || holds(slot.cell, box);
             Reference part = reference;
             part.home = reference.home && home_behind;
             part.meets = reference.meets && reaches_behind;
-            keep(part, box, behind_box, behind);
+            keep(part, by_box, behind_box, behind);
             part.home = reference.home && !home_behind;
             part.meets = reference.meets && reaches_front;
-            keep(part, box, front_box, front);
+            keep(part, by_box, front_box, front);
         }
     }
 
     /// Adds a reference to a cell if the primitive meets it, or at least the enlarged one.
-    void keep(Reference reference, const Box3f& box, const Box3f& wide_cell, Slot& slot) {
+    void keep(Reference reference, bool by_box, const Box3f& wide_cell, Slot& slot) {
+        const Box3f& box = fragments_.boxes[reference.fragment];
         if (is_empty(intersect(box, wide_cell))) {
             return;
         }
-        const bool across = !holds(slot.cell, box);
-        if (reference.meets && across && !reference.home && triangle_of_ != nullptr) {
-            reference.meets = overlaps(widened(slot.cell), triangle(reference.fragment));
-        }
-        if (!reference.meets && across && triangle_of_ != nullptr && !holds(wide_cell, box) &&
-            !overlaps(widened(wide_cell), triangle(reference.fragment))) {
-            return;
+        if (!by_box && !holds(slot.cell, box)) {
+            if (reference.meets && !reference.home) {
+                reference.meets = overlaps(widened(slot.cell), triangle_once(reference.fragment));
+            }
+            if (!reference.meets && !holds(wide_cell, box) &&
+                !overlaps(widened(wide_cell), triangle_once(reference.fragment))) {
+                return;
+            }
         }
         slot.occupied = slot.occupied || reference.meets;
         slot.references.push_back(reference);
+    }
+
+    /// `triangle` of the reference that is being kept.
+    const Triangle3d& triangle_once(std::uint32_t fragment) {
+        if (!triangle_) {
+            triangle_ = triangle(fragment);
+        }
+        return *triangle_;
     }
 
     /// Corners of a primitive relative to the origin.
@@ -596,7 +610,8 @@ class CellBuilder {
     std::vector<ItemEntry> item_scratch_;
     std::vector<char> item_cut_; ///< by object; 1: some plane of the tree goes through it
 
-    std::vector<Reference> stack_; ///< of the tasks, in their order
+    std::optional<Triangle3d> triangle_; ///< of the reference in hand, once it was needed
+    std::vector<Reference> stack_;       ///< of the tasks, in their order
     std::array<Slot, kSlots> slots_;
     std::vector<std::uint32_t> leaves_; ///< nodes, in the order of the arrays
     std::vector<std::uint32_t> guests_; ///< fragments, leaf by leaf
