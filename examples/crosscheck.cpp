@@ -425,6 +425,7 @@ int main(int argc, char** argv) {
         "Compares plain geometry as OpenGL draws it with what Embree casts.", "crosscheck"
     );
     run::add_scene_options(app, options.world);
+    run::add_partition_options(app, options.world);
     app.add_option("--frames", options.world.whole_path, "so many, spread over the scene's walk")
         ->check(CLI::Range(1, 10'000));
     app.add_option("--least", options.least, "share of agreeing pixels below which it fails")

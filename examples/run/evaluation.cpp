@@ -232,6 +232,21 @@ Result<ComparedRun> parse_run(const json& object, const std::string& where) {
     return run;
 }
 
+/// Keys of other partitions than the chosen one are left unread, and so refused.
+void read_partition(Reader& reader, WorldOptions& world) {
+    constexpr std::uint32_t kMost = 1U << 30U;
+    reader.text("partition", world.partition);
+    if (world.partition == "bsp") {
+        reader.whole("max_items", world.max_items, 1U, kMost);
+        return;
+    }
+    reader.whole("max_primitives", world.cells.max_primitives, 1U, kMost);
+    reader.whole("max_depth", world.cells.max_depth, 0U, 64U);
+    if (world.partition == "kdtree") {
+        reader.whole("branching", world.cells.branching, 2U, 8U);
+    }
+}
+
 Result<ComparedWalk> parse_walk(const json& object, const std::string& where) {
     constexpr int kMost = 10'000'000;
     ComparedWalk walk;
@@ -245,7 +260,7 @@ Result<ComparedWalk> parse_walk(const json& object, const std::string& where) {
     reader.number("step_m", walk.world.step_m);
     reader.whole("frames", walk.world.frames, 1, kMost);
     reader.whole("whole_path", walk.world.whole_path, 1, kMost);
-    reader.whole("max_items", walk.world.max_items, 1U, 1U << 30U);
+    read_partition(reader, walk.world);
     reader.whole("reference_every", walk.reference_every, 1, kMost);
     reader.whole("truth_samples", walk.truth_samples, 0, 64);
     if (const json* parameters = reader.find("parameters")) {
@@ -267,6 +282,12 @@ Result<ComparedWalk> parse_walk(const json& object, const std::string& where) {
     }
     if (walk.name.empty()) {
         return bad(where, "no \"name\"");
+    }
+    if (walk.world.partition != "bsp" && walk.world.partition != "kdtree" &&
+        walk.world.partition != "octree") {
+        return bad(
+            where, "partition is \"" + walk.world.partition + "\", expected bsp, kdtree or octree"
+        );
     }
     if (!walk.world.up.empty() && walk.world.up != "y" && walk.world.up != "z") {
         return bad(where, "up is \"" + walk.world.up + "\", expected y or z");

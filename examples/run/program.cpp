@@ -10,6 +10,7 @@
 #include <string>
 #include <system_error>
 #include <unistd.h>
+#include <utility>
 
 namespace farfield::run {
 
@@ -66,6 +67,22 @@ void add_partition_options(CLI::App& app, WorldOptions& options) {
         },
         "overlap of split surfaces [fraction]"
     );
+    app.parse_complete_callback([&app, &options] {
+        const bool bsp = options.partition == "bsp";
+        const bool kdtree = options.partition == "kdtree";
+        for (const auto& [name, taken] :
+             {std::pair{"--directions", bsp},
+              std::pair{"--split-vertically", bsp},
+              std::pair{"--max-items", bsp},
+              std::pair{"--max-piece-primitives", bsp},
+              std::pair{"--branching", kdtree},
+              std::pair{"--max-primitives", !bsp},
+              std::pair{"--max-depth", !bsp}}) {
+            if (app.count(name) > 0 && !taken) {
+                throw CLI::ValidationError(name, "no option of the partition " + options.partition);
+            }
+        }
+    });
 }
 
 void add_axis_options(CLI::App& app, RunOptions& options) {

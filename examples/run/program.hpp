@@ -17,7 +17,7 @@ namespace farfield::run {
 void add_scene_options(CLI::App& app, WorldOptions& options);
 
 /// Adds the options that say how the scene is cut: --partition, and what a BSP, a k-d tree and an
-/// octree leave open.
+/// octree leave open. Those of another partition than the chosen one are refused.
 void add_partition_options(CLI::App& app, WorldOptions& options);
 
 /// Adds the options that say how an image cache decides: --validity, --orientation and --policy in

@@ -46,6 +46,7 @@ TEST_CASE("what a plan leaves open has its default", "[evaluation]") {
     CHECK_FALSE(walk.world.whole_path.has_value());
     CHECK_FALSE(walk.world.step_m.has_value());
     CHECK_FALSE(walk.world.fov_deg.has_value());
+    CHECK(walk.world.partition == "bsp");
     CHECK_FALSE(walk.world.max_items.has_value());
     CHECK_FALSE(walk.world.levels);
     CHECK(walk.reference_every == ComparedWalk{}.reference_every);
@@ -72,7 +73,8 @@ TEST_CASE("every key of a plan arrives", "[evaluation]") {
            "image_samples": 4, "image_budget_mib": 128, "measure": true},
           {"name": "b", "technique": "mesh-lod", "levels": "cluster", "backend": "opengl",
            "surfaces": "in-images"}]},
-        {"name": "v", "runs": [{"name": "a", "technique": "geometry"}]}]})");
+        {"name": "v", "partition": "kdtree", "branching": 4, "max_primitives": 500,
+         "max_depth": 5, "runs": [{"name": "a", "technique": "geometry"}]}]})");
     REQUIRE(plan);
     CHECK(plan->title == "All");
     REQUIRE(plan->walks.size() == 2);
@@ -86,6 +88,10 @@ TEST_CASE("every key of a plan arrives", "[evaluation]") {
     CHECK(world.frames == 12);
     CHECK(world.whole_path == 7);
     CHECK(world.max_items == 3U);
+    CHECK(plan->walks[1].world.partition == "kdtree");
+    CHECK(plan->walks[1].world.cells.branching == 4U);
+    CHECK(plan->walks[1].world.cells.max_primitives == 500U);
+    CHECK(plan->walks[1].world.cells.max_depth == 5U);
     CHECK(world.scene_values.size() == 2);
     CHECK(world.scene_values.at("trees") == 5.0);
     CHECK(plan->walks[0].reference_every == 4);
@@ -214,6 +220,37 @@ TEST_CASE("a key that does not exist is refused where it stands", "[evaluation]"
     );
 }
 
+TEST_CASE("a partition takes its own options only", "[evaluation]") {
+    CHECK(
+        message_of(plan_with(R"(, "partition": "quadtree")", "")) ==
+        "plan.json: walks[0]: partition is \"quadtree\", expected bsp, kdtree or octree"
+    );
+    CHECK(
+        message_of(plan_with(R"(, "max_depth": 4)", "")) ==
+        "plan.json: walks[0]: \"max_depth\" is no key of it"
+    );
+    CHECK(
+        message_of(plan_with(R"(, "partition": "octree", "branching": 4)", "")) ==
+        "plan.json: walks[0]: \"branching\" is no key of it"
+    );
+    CHECK(
+        message_of(plan_with(R"(, "partition": "kdtree", "max_items": 4)", "")) ==
+        "plan.json: walks[0]: \"max_items\" is no key of it"
+    );
+    CHECK(
+        message_of(plan_with(R"(, "partition": "kdtree", "branching": 9)", "")) ==
+        "plan.json: walks[0]: branching is 9, expected a whole number from 2 to 8"
+    );
+    CHECK(
+        message_of(plan_with(R"(, "partition": "octree", "max_depth": 65)", "")) ==
+        "plan.json: walks[0]: max_depth is 65, expected a whole number from 0 to 64"
+    );
+    CHECK(
+        message_of(plan_with(R"(, "partition": "octree", "max_primitives": 0)", "")) ==
+        "plan.json: walks[0]: max_primitives is 0, expected a whole number from 1 to 1073741824"
+    );
+}
+
 TEST_CASE("a value of the wrong kind is refused with its key", "[evaluation]") {
     struct Wrong {
         const char* key;
@@ -230,6 +267,7 @@ TEST_CASE("a value of the wrong kind is refused with its key", "[evaluation]") {
         {"frames", {"0", "-3", "2.5", "1e8", "\"2\"", "null"}, "a whole number from 1 to 10000000"},
         {"whole_path", {"0"}, "a whole number from 1 to 10000000"},
         {"max_items", {"0"}, "a whole number from 1 to 1073741824"},
+        {"partition", {"1", "[]"}, "a text"},
         {"reference_every", {"0"}, "a whole number from 1 to 10000000"},
         {"truth_samples", {"-1", "65"}, "a whole number from 0 to 64"},
         {"parameters", {"[]", "3"}, "an object of numbers"}};

@@ -1,4 +1,5 @@
 #include "files.hpp"
+#include "run/program.hpp"
 #include "run/world.hpp"
 
 #include <catch2/catch.hpp>
@@ -7,8 +8,10 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <sstream>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace {
 
@@ -89,6 +92,73 @@ TEST_CASE("parameters belong to scenes of the catalogue", "[world]") {
     CHECK(world.instances == 4); // three trees and the ground
     loader.options.scene_values["bushes"] = 7.0;
     CHECK_THAT(loader.message(), Catch::Contains("bushes"));
+}
+
+TEST_CASE("a world is divided by the partition of that name", "[world]") {
+    Loader loader;
+    loader.options = bare_island();
+    CHECK_FALSE(loader.world().hierarchy.clip_leaves);
+    for (const char* name : {"kdtree", "octree"}) {
+        CAPTURE(name);
+        loader.options.partition = name;
+        loader.options.cells.max_primitives = 20;
+        loader.options.cells.max_depth = 2;
+        loader.options.cells.inflation = 0.25F;
+        const World world = loader.world();
+        CHECK(farfield::validate(world.hierarchy));
+        CHECK(world.hierarchy.clip_leaves);
+        CHECK(world.hierarchy.inflation == 0.25F);
+        CHECK(world.hierarchy.primitives.size() == 128); // the ground's
+        CHECK(world.hierarchy.items.size() == 3);
+        CHECK(world.hierarchy.quality.leaves > 1);
+        CHECK(world.hierarchy.quality.depth <= 6);
+    }
+    loader.options.partition = "kdtree";
+    loader.options.cells.branching = 2;
+    loader.options.cells.max_primitives = 1;
+    loader.options.cells.max_depth = 1;
+    CHECK(loader.world().hierarchy.quality.leaves == 2);
+    loader.options.cells.branching = 5;
+    CHECK_THAT(loader.message(), Catch::Contains("branching is 5"));
+}
+
+TEST_CASE("options of another partition are refused", "[world]") {
+    const auto status = [](std::vector<const char*> arguments) {
+        WorldOptions options;
+        CLI::App app("", "test");
+        farfield::run::add_partition_options(app, options);
+        arguments.insert(arguments.begin(), "test");
+        std::ostringstream out;
+        std::ostringstream err;
+        try {
+            app.parse(static_cast<int>(arguments.size()), arguments.data());
+        } catch (const CLI::ParseError& error) {
+            app.exit(error, out, err);
+        }
+        return err.str();
+    };
+    CHECK(status({}).empty());
+    CHECK(status({"--directions", "3", "--split-vertically", "--max-items", "2"}).empty());
+    CHECK(status({"--max-piece-primitives", "9", "--inflation", "0.5"}).empty());
+    CHECK(status({"--partition", "kdtree", "--branching", "4", "--max-depth", "3"}).empty());
+    CHECK(status({"--partition", "octree", "--max-primitives", "4"}).empty());
+    CHECK_THAT(
+        status({"--branching", "4"}), Catch::Contains("--branching: no option of the partition bsp")
+    );
+    CHECK_THAT(
+        status({"--partition", "octree", "--branching", "4"}),
+        Catch::Contains("--branching: no option of the partition octree")
+    );
+    for (const char* name : {"--directions", "--max-items", "--max-piece-primitives"}) {
+        CHECK_THAT(
+            status({"--partition", "kdtree", name, "3"}),
+            Catch::Contains(std::string(name) + ": no option of the partition kdtree")
+        );
+    }
+    CHECK_FALSE(status({"--partition", "quadtree"}).empty());
+    Loader loader;
+    loader.options.partition = "quadtree";
+    CHECK_THAT(loader.message(), Catch::Contains("quadtree"));
 }
 
 TEST_CASE("the size of the picture is two whole numbers", "[world]") {
