@@ -1,8 +1,9 @@
-// Growth of the partition builders with the number of objects, on scenes of different kinds; beside
-// them, where Embree is part of the build, its builder of bounding volumes on the same boxes, with
-// one thread as ours.
+// Growth of the partition builders with the number of objects, on scenes of different kinds, and of
+// what follows a changing world; beside the builders, where Embree is part of the build, its
+// builder of bounding volumes on the same boxes, with one thread as ours.
 #include "../tests/partition/scenes.hpp"
 #include <farfield/partition/bsp.hpp>
+#include <farfield/partition/changes.hpp>
 #include <farfield/partition/kdtree.hpp>
 #include <farfield/partition/octree.hpp>
 
@@ -243,6 +244,79 @@ void island(benchmark::State& state) {
     );
 }
 
+/// Random boxes in a tree with eight in a leaf at most, and one after the other of them.
+class ChangingWorld {
+  public:
+    explicit ChangingWorld(const benchmark::State& state)
+        : objects_(farfield::support::random_boxes(static_cast<std::size_t>(state.range(0)), 1)),
+          tree(farfield::partition::build_bsp(objects_, {.split_vertically = true}).value()) {
+        tree.moving.reserve(objects_.size());
+    }
+
+    /// Far from the one before: what it needs is in no cache.
+    [[nodiscard]] farfield::ItemId next() {
+        constexpr std::size_t kStride = 7919;
+        at_ = (at_ + kStride) % objects_.size();
+        return farfield::make_id<farfield::ItemId>(at_);
+    }
+    [[nodiscard]] const farfield::Box3d& box(farfield::ItemId item) const {
+        return objects_[index_of(item)].bounds;
+    }
+
+  private:
+    std::vector<Object> objects_;
+    std::size_t at_ = 0;
+
+  public:
+    farfield::Hierarchy tree;
+};
+
+void mark_item(benchmark::State& state) {
+    ChangingWorld world(state);
+    while (state.KeepRunning()) {
+        farfield::partition::mark_changed(world.tree, world.next());
+    }
+    state.SetItemsProcessed(state.iterations());
+}
+
+void mark_box(benchmark::State& state) {
+    ChangingWorld world(state);
+    while (state.KeepRunning()) {
+        farfield::partition::mark_changed(
+            world.tree, inflate(world.box(world.next()), glm::dvec3(10.0))
+        );
+    }
+    state.SetItemsProcessed(state.iterations());
+}
+
+void leave_and_settle(benchmark::State& state) {
+    ChangingWorld world(state);
+    while (state.KeepRunning()) {
+        const farfield::ItemId item = world.next();
+        if (!farfield::partition::update_bounds(world.tree, item, world.box(item)) ||
+            !farfield::partition::settle(world.tree, item)) {
+            state.SkipWithError("an item did not find its way home");
+        }
+    }
+    state.SetItemsProcessed(state.iterations());
+}
+
+/// Once all items are on their way.
+void keep_moving(benchmark::State& state) {
+    ChangingWorld world(state);
+    for (std::int64_t i = 0; i < state.range(0); ++i) {
+        const farfield::ItemId item = world.next();
+        static_cast<void>(farfield::partition::update_bounds(world.tree, item, world.box(item)));
+    }
+    while (state.KeepRunning()) {
+        const farfield::ItemId item = world.next();
+        if (!farfield::partition::update_bounds(world.tree, item, world.box(item))) {
+            state.SkipWithError("an item did not move");
+        }
+    }
+    state.SetItemsProcessed(state.iterations());
+}
+
 #if FARFIELD_BENCH_EMBREE
 
 /// Node of the tree that the callbacks of `rtcBuildBVH` make.
@@ -481,6 +555,10 @@ BENCHMARK(island)
     ->ArgNames({"radius", "terrain", "directions"})
     ->ArgsProduct({{400, 2000}, {0, 1}, {2, 4}})
     ->Unit(benchmark::kMillisecond);
+BENCHMARK(mark_item)->ArgNames({"objects"})->ArgsProduct({kCounts});
+BENCHMARK(mark_box)->ArgNames({"objects"})->ArgsProduct({kCounts});
+BENCHMARK(leave_and_settle)->ArgNames({"objects"})->ArgsProduct({kCounts});
+BENCHMARK(keep_moving)->ArgNames({"objects"})->ArgsProduct({kCounts});
 
 #if FARFIELD_BENCH_EMBREE
 const std::vector<std::int64_t> kQualityLevels = {0, 1, 2};

@@ -103,7 +103,52 @@ std::unique_ptr<Surface> copy_vertices(const Mesh& mesh) {
     surface->positions = mesh.positions;
     surface->positions.emplace_back(0.0F);
     surface->texcoords = mesh.texcoords;
+    surface->mesh_origin = mesh.origin;
+    surface->mesh_bounds = mesh.bounds;
     return surface;
+}
+
+/// Whether a transform leaves too little of a volume for rays to be taken back through it.
+bool is_flat(const glm::dmat3& linear) noexcept {
+    const double longest =
+        std::max({glm::length(linear[0]), glm::length(linear[1]), glm::length(linear[2])});
+    return !(std::abs(glm::determinant(linear)) > kFlat * longest * longest * longest);
+}
+
+/// Fills in all that follows from the transform of an instance, but for the ways back.
+void place(
+    CastItem& item,
+    const glm::dmat4x3& world,
+    const glm::dvec3& mesh_origin,
+    const glm::vec3& to_light
+) noexcept {
+    item.linear = glm::dmat3(world[0], world[1], world[2]);
+    item.translation = item.linear * mesh_origin + world[3];
+    const glm::dmat3 normal(
+        glm::cross(item.linear[1], item.linear[2]),
+        glm::cross(item.linear[2], item.linear[0]),
+        glm::cross(item.linear[0], item.linear[1])
+    );
+    item.normal_to_world = glm::mat3(glm::determinant(item.linear) < 0.0 ? -normal : normal);
+    const glm::dmat3 square = glm::transpose(normal) * normal;
+    const double scale_sq = square[0][0];
+    item.uniform = scale_sq > 0.0;
+    for (int column = 0; column < 3; ++column) {
+        for (int row = 0; row < 3; ++row) {
+            const double expected = column == row ? scale_sq : 0.0;
+            item.uniform =
+                item.uniform && std::abs(square[column][row] - expected) <= kUniform * scale_sq;
+        }
+    }
+    item.object_light = item.uniform ? glm::transpose(item.normal_to_world) * to_light /
+                                           static_cast<float>(std::sqrt(scale_sq))
+                                     : glm::vec3(0.0F);
+}
+
+/// Fills in the ways back from the world.
+void invert(CastItem& item) noexcept {
+    item.inverse = glm::inverse(item.linear);
+    item.direction_to_object = glm::mat3(item.inverse);
 }
 
 /// Gives the surface of an instance that is flattened its shape in the world, and the item a
@@ -333,34 +378,8 @@ Result<void> CastScene::add_items(const Scene& scene, const Hierarchy* hierarchy
         const Instance& instance = scene.instances[i];
         const Mesh& mesh = scene.meshes[index_of(instance.mesh)];
         CastItem& item = items_[i];
-        const glm::dmat4x3& world = instance.object_to_world;
-        item.linear = glm::dmat3(world[0], world[1], world[2]);
-        item.translation = item.linear * mesh.origin + world[3];
-        const glm::dmat3 normal(
-            glm::cross(item.linear[1], item.linear[2]),
-            glm::cross(item.linear[2], item.linear[0]),
-            glm::cross(item.linear[0], item.linear[1])
-        );
-        const double volume = glm::determinant(item.linear);
-        item.normal_to_world = glm::mat3(volume < 0.0 ? -normal : normal);
-        const double longest = std::max(
-            {glm::length(item.linear[0]), glm::length(item.linear[1]), glm::length(item.linear[2])}
-        );
-        const glm::dmat3 square = glm::transpose(normal) * normal;
-        const double scale_sq = square[0][0];
-        item.uniform = scale_sq > 0.0;
-        for (int column = 0; column < 3; ++column) {
-            for (int row = 0; row < 3; ++row) {
-                const double expected = column == row ? scale_sq : 0.0;
-                item.uniform =
-                    item.uniform && std::abs(square[column][row] - expected) <= kUniform * scale_sq;
-            }
-        }
-        if (item.uniform) {
-            item.object_light = glm::transpose(item.normal_to_world) * to_light_ /
-                                static_cast<float>(std::sqrt(scale_sq));
-        }
-        const bool flat = !(std::abs(volume) > kFlat * longest * longest * longest);
+        place(item, instance.object_to_world, mesh.origin, to_light_);
+        const bool flat = is_flat(item.linear);
         item.split = split[i];
         const Surface*& shared = of_mesh[index_of(instance.mesh)];
         if (!flat && !item.split && shared != nullptr) {
@@ -379,9 +398,35 @@ Result<void> CastScene::add_items(const Scene& scene, const Hierarchy* hierarchy
                 shared = *built;
             }
         }
-        item.inverse = glm::inverse(item.linear);
-        item.direction_to_object = glm::mat3(item.inverse);
+        invert(item);
     }
+    return {};
+}
+
+Result<void> CastScene::set_transform(ItemId id, const glm::dmat4x3& object_to_world) {
+    if (index_of(id) >= items_.size()) {
+        return fail(
+            ErrorCode::not_found,
+            "Embree: item " + std::to_string(index_of(id)) + " of " + std::to_string(items_.size())
+        );
+    }
+    CastItem& item = items_[index_of(id)];
+    const Surface& surface = *item.surface;
+    if (Result<void> valid = check_placement(id, surface.mesh_bounds, object_to_world); !valid) {
+        return valid;
+    }
+    const bool was_flat = !item.mesh_points.empty();
+    if (was_flat ||
+        is_flat(glm::dmat3(object_to_world[0], object_to_world[1], object_to_world[2]))) {
+        return fail(
+            ErrorCode::unsupported,
+            "Embree: item " + std::to_string(index_of(id)) +
+                (was_flat ? " was made flat" : ": the transform flattens its mesh") +
+                ", expected one with a volume"
+        );
+    }
+    place(item, object_to_world, surface.mesh_origin, to_light_);
+    invert(item);
     return {};
 }
 

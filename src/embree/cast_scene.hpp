@@ -1,6 +1,7 @@
 #pragma once
 
 #include "embree/texture.hpp"
+#include <farfield/core/ids.hpp>
 #include <farfield/core/result.hpp>
 #include <farfield/gpu/frame_plan.hpp>
 #include <farfield/math/box3.hpp>
@@ -8,6 +9,7 @@
 #include <farfield/scene/scene.hpp>
 
 #include <glm/ext/matrix_double3x3.hpp>
+#include <glm/ext/matrix_double4x3.hpp>
 #include <glm/ext/matrix_float3x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -69,6 +71,8 @@ struct Surface {
     std::vector<std::uint32_t> indices;
     std::vector<SurfacePart> parts; ///< by geometry id
     Box3f bounds;
+    glm::dvec3 mesh_origin{0.0}; ///< what positions are relative to in the frame of the mesh [m]
+    Box3d mesh_bounds;
     /// Of a split item: boxes of runs of 16 triangles.
     std::vector<Box3f> block_boxes;
     static constexpr std::uint32_t kBlock = 16;
@@ -110,6 +114,9 @@ class CastScene {
     CastScene(const CastScene&) = delete;
     CastScene& operator=(const CastScene&) = delete;
     ~CastScene() = default;
+
+    /// As `EmbreeBackend::set_transform`.
+    [[nodiscard]] Result<void> set_transform(ItemId item, const glm::dmat4x3& object_to_world);
 
     [[nodiscard]] std::span<const CastItem> items() const noexcept { return items_; }
 

@@ -540,6 +540,10 @@ std::uint64_t EmbreeBackend::position_bytes() const noexcept {
     return bytes;
 }
 
+Result<void> EmbreeBackend::set_transform(ItemId item, const glm::dmat4x3& object_to_world) {
+    return impl_->scene->set_transform(item, object_to_world);
+}
+
 std::uint64_t EmbreeBackend::scene_bytes() const noexcept {
     return impl_->scene->bytes();
 }

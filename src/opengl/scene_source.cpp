@@ -166,6 +166,7 @@ struct PartOnDevice {
 
 struct MeshOnDevice {
     glm::dvec3 origin{0.0};
+    Box3d bounds;
     GLint base_vertex = 0;
     std::uint32_t first_part = 0;
     std::uint32_t part_count = 0;
@@ -371,6 +372,7 @@ void SceneSource::Impl::upload_meshes(const Scene& scene) {
         texcoord_data.insert(texcoord_data.end(), mesh.texcoords.begin(), mesh.texcoords.end());
         texcoord_data.resize(vertex_data.size(), glm::vec2(0.0F));
         index_data.insert(index_data.end(), mesh.indices.begin(), mesh.indices.end());
+        on_device.bounds = mesh.bounds;
         meshes.push_back(on_device);
     }
     if (!any_texcoords) {
@@ -710,6 +712,23 @@ void SceneSource::draw(const DrawList& list, const PassContext& context) noexcep
             glDisable(GL_CLIP_DISTANCE0 + plane);
         }
     }
+}
+
+Result<void> SceneSource::set_transform(ItemId item, const glm::dmat4x3& object_to_world) {
+    if (index_of(item) >= impl_->instances.size()) {
+        return fail(
+            ErrorCode::not_found,
+            "OpenGL: item " + std::to_string(index_of(item)) + " of " +
+                std::to_string(impl_->instances.size())
+        );
+    }
+    Instance& instance = impl_->instances[index_of(item)];
+    const Box3d& bounds = impl_->meshes[index_of(instance.mesh)].bounds;
+    if (Result<void> valid = check_placement(item, bounds, object_to_world); !valid) {
+        return valid;
+    }
+    instance.object_to_world = object_to_world;
+    return {};
 }
 
 std::uint64_t SceneSource::device_bytes() const noexcept {

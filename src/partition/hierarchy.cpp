@@ -364,6 +364,14 @@ Result<void> check_item_tables(const Hierarchy& hierarchy) {
             );
         }
     }
+    const std::size_t holes = places + hierarchy.moving.size() - found;
+    if (holes != hierarchy.moving.size()) {
+        return bad(
+            "items has " + std::to_string(holes) +
+            " holes, expected as many as moving has entries, " +
+            std::to_string(hierarchy.moving.size())
+        );
+    }
     for (std::size_t index = 0; index < hierarchy.moving.size(); ++index) {
         const MovingItem& moving = hierarchy.moving[index];
         const std::string name = "moving[" + std::to_string(index) + "]: ";

@@ -252,17 +252,11 @@ Result<void> check_instance(const Scene& scene, std::size_t index) {
             std::to_string(scene.meshes.size())
         );
     }
-    for (int column = 0; column < 4; ++column) {
-        const std::string name = "column " + std::to_string(column);
-        if (auto checked = check_finite(where, name.c_str(), instance.object_to_world[column]);
-            !checked) {
-            return checked;
-        }
-    }
-    if (!is_finite(item_bounds(scene, make_id<ItemId>(index)))) {
-        return bad(where + ": its world box is not finite");
-    }
-    return {};
+    return check_placement(
+        make_id<ItemId>(index),
+        scene.meshes[index_of(instance.mesh)].bounds,
+        instance.object_to_world
+    );
 }
 
 Result<void> check_surroundings(const Scene& scene) {
@@ -388,18 +382,36 @@ Result<void> validate(const Scene& scene) {
 Box3d item_bounds(const Scene& scene, ItemId item) noexcept {
     FARFIELD_ASSERT(index_of(item) < scene.instances.size());
     const Instance& instance = scene.instances[index_of(item)];
-    const Box3d& box = scene.meshes[index_of(instance.mesh)].bounds;
-    if (is_empty(box)) {
+    return placed_bounds(scene.meshes[index_of(instance.mesh)].bounds, instance.object_to_world);
+}
+
+Box3d placed_bounds(const Box3d& mesh_bounds, const glm::dmat4x3& object_to_world) noexcept {
+    if (is_empty(mesh_bounds)) {
         return {}; // infinite corners times a zero of the matrix would be NaN
     }
-    Box3d world{instance.object_to_world[3], instance.object_to_world[3]};
+    Box3d world{object_to_world[3], object_to_world[3]};
     for (int axis = 0; axis < 3; ++axis) {
-        const glm::dvec3 a = instance.object_to_world[axis] * box.lo[axis];
-        const glm::dvec3 b = instance.object_to_world[axis] * box.hi[axis];
+        const glm::dvec3 a = object_to_world[axis] * mesh_bounds.lo[axis];
+        const glm::dvec3 b = object_to_world[axis] * mesh_bounds.hi[axis];
         world.lo += glm::min(a, b);
         world.hi += glm::max(a, b);
     }
     return world;
+}
+
+Result<void>
+check_placement(ItemId item, const Box3d& mesh_bounds, const glm::dmat4x3& object_to_world) {
+    if (is_finite(placed_bounds(mesh_bounds, object_to_world))) {
+        return {}; // no column can be lost in it: whatever is not finite is summed up
+    }
+    const std::string where = numbered("instance", index_of(item));
+    for (int column = 0; column < 4; ++column) {
+        const std::string name = "column " + std::to_string(column);
+        if (auto checked = check_finite(where, name.c_str(), object_to_world[column]); !checked) {
+            return checked;
+        }
+    }
+    return bad(where + ": its world box is not finite");
 }
 
 std::vector<glm::dmat4x3> item_frames(const Scene& scene) {

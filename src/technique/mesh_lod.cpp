@@ -145,22 +145,34 @@ MeshLod::create(const Hierarchy& hierarchy, const LodTable& table, const MeshLod
 }
 
 MeshLod::MeshLod(const Hierarchy& hierarchy, const LodTable& table, const MeshLodOptions& options)
-    : hierarchy_(&hierarchy), options_(options), levels_(table.levels) {
+    : hierarchy_(&hierarchy), options_(options), built_version_(hierarchy.nodes[0].content_version),
+      levels_(table.levels) {
     items_.reserve(table.items.size());
+    built_boxes_.reserve(table.items.size());
     std::size_t most_levels = 0;
     for (const LodItem& from : table.items) {
         Item item;
         if (from.level_count > 0) {
             item.box = local_box(from.bounds, hierarchy.origin);
-            item.built = partition::item_box(hierarchy, make_id<ItemId>(items_.size()));
         }
         item.first_level = from.first_level;
         item.level_count = static_cast<std::uint8_t>(from.level_count);
         item.primitives = from.primitives;
+        built_boxes_.push_back(partition::item_box(hierarchy, make_id<ItemId>(items_.size())));
         items_.push_back(item);
         most_levels = std::max<std::size_t>(most_levels, from.level_count);
     }
     items_per_level_.resize(most_levels + 1);
+}
+
+Box3f MeshLod::box_of(ItemId id) const noexcept {
+    if (moved_) {
+        const Box3f now = partition::item_box(*hierarchy_, id);
+        if (now != built_boxes_[index_of(id)]) {
+            return now;
+        }
+    }
+    return items_[index_of(id)].box;
 }
 
 std::uint8_t MeshLod::coarsest(const Item& item, double error_m) const noexcept {
@@ -175,8 +187,7 @@ std::uint8_t MeshLod::coarsest(const Item& item, double error_m) const noexcept 
 void MeshLod::replace(ItemId& id, const glm::dvec3& eye, double sine) noexcept {
     Item& item = items_[index_of(id)];
     if (item.level_count > 0) {
-        const Box3f now = partition::item_box(*hierarchy_, id);
-        const Box3f& around = now == item.built ? item.box : now;
+        const Box3f around = box_of(id);
         // In double: the box was rounded outwards, so the distance is never too large.
         const Box3d box{glm::dvec3(around.lo), glm::dvec3(around.hi)};
         const double error_m = distance(box, eye) * sine;
@@ -196,6 +207,9 @@ void MeshLod::replace(ItemId& id, const glm::dvec3& eye, double sine) noexcept {
 }
 
 const FramePlan& MeshLod::plan(const View& view) noexcept {
+    // Nothing leaves its place without the root's counting up; only what moved at first does.
+    moved_ = moved_ || !hierarchy_->moving.empty() ||
+             hierarchy_->nodes[0].content_version != built_version_;
     clear(plan_);
     plan_.origin = hierarchy_->origin;
     PlanWriter writer(plan_, *hierarchy_);

@@ -30,17 +30,24 @@ Command& PlanWriter::command(Command::Kind kind, std::uint32_t clip) noexcept {
 }
 
 void PlanWriter::items(std::uint32_t first, std::uint32_t count) noexcept {
-    const auto end = hierarchy_->items.begin() + first + count;
-    const auto is_there = [](ItemId item) { return item != kNone<ItemId>; };
-    const auto begin = std::find_if(end - count, end, is_there);
+    auto begin = hierarchy_->items.begin() + first;
+    const auto end = begin + count;
+    // There are as many holes as items that move: mostly none.
+    const bool may_have_holes = !hierarchy_->moving.empty();
+    if (may_have_holes) {
+        begin = std::find_if(begin, end, [](ItemId item) { return item != kNone<ItemId>; });
+    }
     if (begin == end) {
         return;
     }
     Command& target = command(Command::Kind::geometry, Command::kNoClip);
     const std::size_t before = plan_->items.size();
     plan_->items.insert(plan_->items.end(), begin, end);
-    const auto added = plan_->items.begin() + static_cast<std::ptrdiff_t>(before);
-    plan_->items.erase(std::remove(added, plan_->items.end(), kNone<ItemId>), plan_->items.end());
+    if (may_have_holes) {
+        const auto added = plan_->items.begin() + static_cast<std::ptrdiff_t>(before);
+        const auto kept = std::remove(added, plan_->items.end(), kNone<ItemId>);
+        plan_->items.erase(kept, plan_->items.end());
+    }
     target.count += static_cast<std::uint32_t>(plan_->items.size() - before);
 }
 

@@ -415,6 +415,28 @@ TEST_CASE("An instance flattened by its transform is drawn") {
     CHECK(std::abs(texel.point.z) == 1.0F);
 }
 
+TEST_CASE("What is flat does not move, and nothing is flattened on the way") {
+    Scene scene = flat_scene();
+    const MaterialId red = add_material(scene, {.base_color = kRedPaint});
+    const MeshId box = add_mesh(scene, box_mesh(glm::vec3(-1.0F), glm::vec3(1.0F)), red);
+    add_instance(scene, box, {3.0, 2.0, 0.0});
+    add_instance(scene, box, {-3.0, 2.0, 0.0});
+    scene.instances[0].object_to_world[2] = {0.0, 0.0, 0.0};
+    const auto caster = make_caster(scene, nullptr, {.threads = 1});
+    const Picture before = draw(*caster, flat_plan({ItemId{0}, ItemId{1}}), kSize, kSize);
+    const Result<void> was_flat = caster->set_transform(ItemId{0}, glm::dmat4x3(1.0));
+    REQUIRE_FALSE(was_flat.has_value());
+    CHECK(was_flat.error().code == ErrorCode::unsupported);
+    CHECK(was_flat.error().message == "Embree: item 0 was made flat, expected one with a volume");
+    glm::dmat4x3 flat = scene.instances[1].object_to_world;
+    flat[1] *= 1e-8;
+    const Result<void> flattens = caster->set_transform(ItemId{1}, flat);
+    REQUIRE_FALSE(flattens.has_value());
+    CHECK(flattens.error().code == ErrorCode::unsupported);
+    CHECK(flattens.error().message.find("item 1: the transform flattens") != std::string::npos);
+    CHECK(draw(*caster, flat_plan({ItemId{0}, ItemId{1}}), kSize, kSize) == before);
+}
+
 TEST_CASE("Light on an instance that is stretched") {
     // A slope of 45 degrees, made flatter to tan = 1/2: its normal is (0, 2, 1) / sqrt(5) in the
     // y-z plane, whatever is interpolated.

@@ -29,6 +29,15 @@ TEST_CASE("Positions follow the depths of images") {
     check_depth_positions(*make_caster(boards.scene, nullptr, {.positions = true}), boards);
 }
 
+TEST_CASE("Positions follow what is cast elsewhere") {
+    SmallWorld world = make_world(small_scene());
+    const auto positions =
+        make_caster(world.scene, &world.hierarchy, {.threads = 2, .positions = true});
+    check_moved_positions(*positions, world, [&](ItemId item, const glm::dmat4x3& transform) {
+        return positions->set_transform(item, transform);
+    });
+}
+
 TEST_CASE("The Embree backend can be measured") {
     const SmallWorld world = make_world(small_scene());
     const auto caster = make_caster(world.scene, &world.hierarchy);

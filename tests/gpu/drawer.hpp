@@ -4,6 +4,8 @@
 #include <farfield/partition/hierarchy.hpp>
 #include <farfield/scene/scene.hpp>
 
+#include <glm/ext/matrix_double4x3.hpp>
+
 #include <memory>
 
 namespace farfield::support {
@@ -17,6 +19,9 @@ class Drawer {
     virtual ~Drawer() = default;
 
     [[nodiscard]] virtual Backend& backend() = 0;
+    /// Of what draws the scene.
+    [[nodiscard]] virtual Result<void>
+    set_transform(ItemId item, const glm::dmat4x3& object_to_world) = 0;
 };
 
 /// Defined by each program that what every backend draws alike is tested in. Null where its tests

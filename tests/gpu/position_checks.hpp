@@ -3,6 +3,7 @@
 #include "support/small_scene.hpp"
 #include <farfield/gpu/backend.hpp>
 #include <farfield/math/view.hpp>
+#include <farfield/partition/changes.hpp>
 #include <farfield/scene/scene.hpp>
 #include <farfield/technique/culled_geometry.hpp>
 #include <farfield/technique/image_cache.hpp>
@@ -172,6 +173,44 @@ inline void check_positions(Backend& colors, Backend& positions, const SmallWorl
                 REQUIRE(positions.execute(drop, *position_target, {}).has_value());
             }
         }
+    }
+}
+
+/// @param positions a fresh backend over `small_scene` that keeps positions
+/// @param set_transform of what draws the scene
+template <typename SetTransform>
+void check_moved_positions(
+    Backend& positions, SmallWorld& world, const SetTransform& set_transform
+) {
+    constexpr int kWidth = 160;
+    constexpr int kHeight = 120;
+    const auto target = positions.create_target(kWidth, kHeight, 1);
+    REQUIRE(target.has_value());
+    // A tree hovers before the eye, on its side, half as large; then it goes on.
+    const View view = small_walk(40, kWidth, kHeight);
+    const glm::dvec3 ahead = -view.camera_to_world[2];
+    for (const double distance : {8.0, 11.0}) {
+        Instance& tree = world.scene.instances[1];
+        tree.object_to_world = glm::dmat4x3(
+            {0.0, 0.5, 0.0}, {-0.5, 0.0, 0.0}, {0.0, 0.0, 0.5}, view.eye + distance * ahead
+        );
+        REQUIRE(set_transform(ItemId{1}, tree.object_to_world).has_value());
+        REQUIRE(partition::update_bounds(
+                    world.hierarchy, ItemId{1}, item_bounds(world.scene, ItemId{1})
+        )
+                    .has_value());
+        CulledGeometry geometry(world.hierarchy);
+        REQUIRE(positions.execute(geometry.plan(view), *target, {}).has_value());
+        const auto picture = positions.read_positions(*target);
+        REQUIRE(picture.has_value());
+        const PositionTally all = tally(*picture, view, world.scene);
+        CHECK(all.geometry > 1000);
+        CHECK(all.worst_geometry_px < kRasterPx);
+        const auto of_tree =
+            std::count_if(picture->texels.begin(), picture->texels.end(), [](const auto& texel) {
+                return texel.item == ItemId{1};
+            });
+        CHECK(of_tree > 100);
     }
 }
 

@@ -12,6 +12,10 @@ class DeviceDrawer final : public Drawer {
   public:
     explicit DeviceDrawer(std::unique_ptr<Device> device) : device_(std::move(device)) {}
     [[nodiscard]] Backend& backend() override { return *device_->backend; }
+    [[nodiscard]] Result<void>
+    set_transform(ItemId item, const glm::dmat4x3& object_to_world) override {
+        return device_->source->set_transform(item, object_to_world);
+    }
 
   private:
     std::unique_ptr<Device> device_;

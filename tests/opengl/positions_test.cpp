@@ -19,6 +19,19 @@ TEST_CASE("OpenGL keeps positions") {
     check_positions(*device->backend, **positions, world);
 }
 
+TEST_CASE("Positions follow what OpenGL draws elsewhere") {
+    SmallWorld world = make_world(small_scene());
+    const auto device = Device::create(world.scene, &world.hierarchy);
+    if (device == nullptr) {
+        return;
+    }
+    const auto positions = opengl::OpenGLBackend::create(*device->source, {.positions = true});
+    REQUIRE(positions.has_value());
+    check_moved_positions(**positions, world, [&](ItemId item, const glm::dmat4x3& transform) {
+        return device->source->set_transform(item, transform);
+    });
+}
+
 TEST_CASE("Positions of a scene far from the origin") {
     const glm::dvec3 offset(1.0e7, -2.0e6, 4.0e6);
     const SmallWorld world = make_world(small_scene(offset));

@@ -1,6 +1,7 @@
 #include "scenes.hpp"
 #include "tree_checks.hpp"
 #include <farfield/partition/bsp.hpp>
+#include <farfield/partition/changes.hpp>
 #include <farfield/partition/hierarchy.hpp>
 
 #include <catch2/catch.hpp>
@@ -186,26 +187,40 @@ TEST_CASE("validate finds every kind of damage", "[hierarchy]") {
          [](Hierarchy& tree) { tree.item_primitives[0] = 11; }},
         {"item_places has places of 3 items, expected 2",
          [](Hierarchy& tree) { tree.item_places[1] = 0; }},
-        {"moving[0]: is item 0, which item_places has elsewhere",
+        {"items has 0 holes, expected as many as moving has entries, 1",
          [](Hierarchy& tree) {
              tree.moving.push_back({ItemId{0}, {}, 1, 0, {}});
          }},
+        {"items has 1 holes, expected as many as moving has entries, 0",
+         [](Hierarchy& tree) {
+             REQUIRE(partition::hide(tree, ItemId{2}).has_value());
+             tree.moving.clear();
+         }},
+        {"moving[0]: is item 0, which item_places has elsewhere",
+         [](Hierarchy& tree) {
+             REQUIRE(partition::hide(tree, ItemId{2}).has_value());
+             tree.moving[0].item = ItemId{0};
+         }},
         {"moving[0]: is item 4294967295, which",
-         [](Hierarchy& tree) { tree.moving.emplace_back(); }},
+         [](Hierarchy& tree) {
+             REQUIRE(partition::hide(tree, ItemId{2}).has_value());
+             tree.moving[0].item = kNone<ItemId>;
+         }},
         {"moving[0]: home is 2",
          [](Hierarchy& tree) {
-             tree.item_places[1] = 2;
-             tree.moving.push_back({ItemId{1}, {}, 1, 2, {}});
+             REQUIRE(partition::hide(tree, ItemId{2}).has_value());
+             tree.moving[0].home = 2;
          }},
         {"moving[0]: box is not finite",
          [](Hierarchy& tree) {
-             tree.item_places[1] = 2;
-             tree.moving.push_back({ItemId{1}, {{0, 0, 0}, {0, INFINITY, 0}}, 1, 0, {}});
+             REQUIRE(partition::hide(tree, ItemId{2}).has_value());
+             tree.moving[0].box = {{0, 0, 0}, {0, INFINITY, 0}};
          }},
         {"item 1: whole in one leaf",
          [](Hierarchy& tree) {
-             tree.item_places[1] = 2;
-             tree.moving.push_back({ItemId{1}, {}, 1, 0, {}});
+             REQUIRE(partition::hide(tree, ItemId{2}).has_value());
+             tree.moving[0].item = ItemId{1};
+             tree.item_places = {0, 2, Hierarchy::kNoPlace};
          }},
         {"node 0: image_level", [](Hierarchy& tree) { tree.nodes[0].image_level = false; }},
         {"node 2: image_level", [](Hierarchy& tree) { tree.nodes[2].image_level = false; }},

@@ -173,6 +173,37 @@ TEST_CASE("item_bounds holds every transformed point and is exact for translatio
     }
 }
 
+TEST_CASE("a placement is checked by itself as with its scene") {
+    Scene scene = make_scene();
+    const Box3d& bounds = scene.meshes[0].bounds;
+    glm::dmat4x3& matrix = scene.instances[0].object_to_world;
+    CHECK(check_placement(ItemId{0}, bounds, matrix).has_value());
+    CHECK(placed_bounds(bounds, matrix) == item_bounds(scene, ItemId{0}));
+    for (int column = 0; column < 4; ++column) {
+        for (int row = 0; row < 3; ++row) {
+            for (const double value :
+                 {std::numeric_limits<double>::quiet_NaN(),
+                  std::numeric_limits<double>::infinity(),
+                  -std::numeric_limits<double>::infinity()}) {
+                matrix = glm::dmat4x3(1.0);
+                matrix[column][row] = value;
+                CAPTURE(column, row, value);
+                const Result<void> alone = check_placement(ItemId{0}, bounds, matrix);
+                const Result<void> whole = validate(scene);
+                REQUIRE_FALSE(alone.has_value());
+                REQUIRE_FALSE(whole.has_value());
+                CHECK(alone.error().message == whole.error().message);
+                CHECK_THAT(
+                    alone.error().message,
+                    Catch::StartsWith(
+                        "instance 0: column " + std::to_string(column) + '.' + "xyz"[row] + " is "
+                    )
+                );
+            }
+        }
+    }
+}
+
 TEST_CASE("the box of a mesh without vertices stays empty in the world") {
     Scene scene = make_scene();
     scene.meshes[0].positions.clear();

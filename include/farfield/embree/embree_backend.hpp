@@ -1,9 +1,12 @@
 #pragma once
 
+#include <farfield/core/ids.hpp>
 #include <farfield/core/result.hpp>
 #include <farfield/gpu/backend.hpp>
 #include <farfield/partition/hierarchy.hpp>
 #include <farfield/scene/scene.hpp>
+
+#include <glm/ext/matrix_double4x3.hpp>
 
 #include <cstdint>
 #include <memory>
@@ -70,6 +73,15 @@ class EmbreeBackend final : public Backend {
     [[nodiscard]] std::string device() const override;
     [[nodiscard]] std::uint64_t image_bytes() const noexcept override;
     [[nodiscard]] std::uint64_t position_bytes() const noexcept override;
+
+    /// The item stands elsewhere from the next plan on, as if the scene had been made so. What
+    /// images show of it is the technique's to know: `partition::update_bounds` says so.
+    /// @param object_to_world as `Instance::object_to_world`
+    /// @return `not_found` for an item that the scene does not have, `bad_data` for a transform
+    /// that `check_placement` refuses, `unsupported` for one that flattens the mesh, and for an
+    /// item that was made flat: those have surfaces of their own; nothing has changed then
+    /// @par Cost constant; no hierarchy is built, allocates only for an error
+    [[nodiscard]] Result<void> set_transform(ItemId item, const glm::dmat4x3& object_to_world);
 
     /// Bytes that the scene takes here: vertices, textures and the hierarchies of its meshes.
     [[nodiscard]] std::uint64_t scene_bytes() const noexcept;

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <farfield/core/ids.hpp>
 #include <farfield/core/result.hpp>
 #include <farfield/gpu/geometry_source.hpp>
 #include <farfield/partition/hierarchy.hpp>
 #include <farfield/scene/scene.hpp>
+
+#include <glm/ext/matrix_double4x3.hpp>
 
 #include <cstdint>
 #include <memory>
@@ -30,6 +33,14 @@ class SceneSource final : public GeometrySource {
 
     /// @pre items and pieces are those of the scene and the hierarchy
     void draw(const DrawList& list, const PassContext& context) noexcept override;
+
+    /// The item stands elsewhere from the next draw on, as if the scene had been made so. What
+    /// images show of it is the technique's to know: `partition::update_bounds` says so.
+    /// @param object_to_world as `Instance::object_to_world`
+    /// @return `not_found` for an item that the scene does not have, `bad_data` for a transform
+    /// that `check_placement` refuses; nothing has changed then
+    /// @par Cost constant; nothing is uploaded, allocates only for an error
+    [[nodiscard]] Result<void> set_transform(ItemId item, const glm::dmat4x3& object_to_world);
 
     /// Bytes of buffers and textures on the device.
     [[nodiscard]] std::uint64_t device_bytes() const noexcept;

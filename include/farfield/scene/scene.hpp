@@ -88,6 +88,16 @@ struct Scene {
 /// World box of an item; conservative for rotated instances (box of the transformed box).
 [[nodiscard]] Box3d item_bounds(const Scene& scene, ItemId item) noexcept;
 
+/// The same for a mesh with these bounds that is placed by a transform.
+[[nodiscard]] Box3d
+placed_bounds(const Box3d& mesh_bounds, const glm::dmat4x3& object_to_world) noexcept;
+
+/// Checks one placement as `validate` does: a finite transform and a finite world box. For what
+/// draws a scene whose instances move.
+/// @return an error that names the instance, the column and its value
+[[nodiscard]] Result<void>
+check_placement(ItemId item, const Box3d& mesh_bounds, const glm::dmat4x3& object_to_world);
+
 /// Where each item's surface points are: takes a point relative to the origin of the item's mesh,
 /// as positions are kept (`PositionTexel::point`), into the world. By `ItemId`.
 [[nodiscard]] std::vector<glm::dmat4x3> item_frames(const Scene& scene);

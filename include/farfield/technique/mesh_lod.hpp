@@ -82,8 +82,8 @@ struct MeshLodStatistics {
 ///
 /// Split surfaces (`Hierarchy::pieces`) are drawn at full resolution: a coarser piece would part
 /// from its neighbours. Items that move (partition/changes.hpp) are drawn by the level that is good
-/// for their box of the moment, and may turn and mirror; what scales an item scales the errors of
-/// its levels too, which the table does not know.
+/// for their box of the moment; the geometry source has to move the levels with them. What scales
+/// an item scales the errors of its levels too, which the table does not know.
 ///
 /// Blind spots: an error in metres says where surfaces are, not how much of them is left. A crown
 /// that loses half of its leaves is thin, and dark or light by what shows through it, long before
@@ -113,8 +113,7 @@ class MeshLod {
 
   private:
     struct Item {
-        Box3f box;   ///< relative to the hierarchy's origin, rounded outwards
-        Box3f built; ///< what the hierarchy said when the technique was made
+        Box3f box; ///< relative to the hierarchy's origin, rounded outwards
         std::uint32_t first_level = 0;
         std::uint8_t level_count = 0;
         std::uint8_t level = 0; ///< last shown; 0: the item itself
@@ -123,12 +122,16 @@ class MeshLod {
 
     MeshLod(const Hierarchy& hierarchy, const LodTable& table, const MeshLodOptions& options);
 
+    [[nodiscard]] Box3f box_of(ItemId id) const noexcept;
     [[nodiscard]] std::uint8_t coarsest(const Item& item, double error_m) const noexcept;
     void replace(ItemId& id, const glm::dvec3& eye, double sine) noexcept;
 
     const Hierarchy* hierarchy_;
     MeshLodOptions options_;
     std::vector<Item> items_;
+    std::vector<Box3f> built_boxes_; ///< by item: what the hierarchy said at first
+    std::uint32_t built_version_;    ///< of the root, at first
+    bool moved_ = false;             ///< something in the hierarchy has changed since
     std::vector<ItemLevel> levels_;
     std::vector<std::uint32_t> items_per_level_;
     MeshLodStatistics statistics_;
