@@ -274,6 +274,14 @@ Result<void> run_walk(const Options& options) {
     setup.item_primitives = world->item_primitives;
     setup.item_frames = world->item_frames;
     setup.view = [&](int frame) { return world->view(frame); };
+    if (!world->movers.empty()) {
+        setup.before_frame = [&](int frame) -> Result<void> {
+            if (Result<void> moved = world->move(frame); !moved) {
+                return moved;
+            }
+            return backends.move();
+        };
+    }
     setup.clear.color = glm::vec4(world->scene.sky, 1.0F);
     if (options.measure) {
         const auto positions = backends.make(options.run.backend, true);

@@ -45,6 +45,7 @@ Result<Backend*> Backends::make(const std::string& name, bool positions) {
         if (!backend) {
             return tl::unexpected(backend.error());
         }
+        casting_.push_back(backend->get());
         made = std::move(*backend);
     } else if (name == "null") {
         Backend::Limits limits = NullBackend::kDefaultLimits;
@@ -58,6 +59,23 @@ Result<Backend*> Backends::make(const std::string& name, bool positions) {
     }
     backends_.push_back(std::move(made));
     return backends_.back().get();
+}
+
+Result<void> Backends::move() {
+    for (const Mover& mover : world_->movers) {
+        const glm::dmat4x3& place = world_->scene.instances[index_of(mover.item)].object_to_world;
+        if (source_) {
+            if (Result<void> moved = source_->set_transform(mover.item, place); !moved) {
+                return moved;
+            }
+        }
+        for (embree::EmbreeBackend* backend : casting_) {
+            if (Result<void> moved = backend->set_transform(mover.item, place); !moved) {
+                return moved;
+            }
+        }
+    }
+    return {};
 }
 
 } // namespace farfield::run

@@ -2,6 +2,7 @@
 
 #include "run/world.hpp"
 #include <farfield/core/result.hpp>
+#include <farfield/embree/embree_backend.hpp>
 #include <farfield/gpu/backend.hpp>
 #include <farfield/opengl/context.hpp>
 #include <farfield/opengl/scene_source.hpp>
@@ -23,6 +24,9 @@ class Backends {
     /// @param name opengl, embree or null @param positions keeps positions, for measuring
     [[nodiscard]] Result<Backend*> make(const std::string& name, bool positions = false);
 
+    /// Tells all of them where the world's movers are now.
+    [[nodiscard]] Result<void> move();
+
   private:
     [[nodiscard]] Result<std::unique_ptr<Backend>> make_opengl(bool positions);
 
@@ -30,6 +34,7 @@ class Backends {
     std::optional<opengl::HeadlessContext> context_;
     std::unique_ptr<opengl::SceneSource> source_;
     std::vector<std::unique_ptr<Backend>> backends_;
+    std::vector<embree::EmbreeBackend*> casting_; ///< of `backends_`
 };
 
 } // namespace farfield::run

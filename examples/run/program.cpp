@@ -30,6 +30,7 @@ void add_scene_options(CLI::App& app, WorldOptions& options) {
     }
     app.add_option("--scene", options.scene, names + "or a file");
     app.add_option("--size", options.size, "WIDTHxHEIGHT [px]");
+    app.add_option("--movers", options.movers, "balloons that go round in the scene");
     app.add_option("--up", options.up, "axis that points up in a mesh file")
         ->check(CLI::IsMember({"y", "z"}));
     app.add_option("--path", options.path, "JSON file of a camera path");

@@ -12,8 +12,8 @@
 /// What the programs do alike around their work.
 namespace farfield::run {
 
-/// Adds the options that say which scene is seen how large: --scene, --size, --up, --path, and the
-/// parameters of every scene of the catalogue.
+/// Adds the options that say which scene is seen how large: --scene, --size, --movers, --up,
+/// --path, and the parameters of every scene of the catalogue.
 void add_scene_options(CLI::App& app, WorldOptions& options);
 
 /// Adds the options that say how the scene is cut: --partition, and what a BSP, a k-d tree and an

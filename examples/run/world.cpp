@@ -3,6 +3,7 @@
 #include <farfield/io/mesh_tools.hpp>
 #include <farfield/io/scene_file.hpp>
 #include <farfield/math/triangle_box.hpp>
+#include <farfield/partition/changes.hpp>
 #include <farfield/partition/octree.hpp>
 
 #include <glm/geometric.hpp>
@@ -218,6 +219,20 @@ View World::view(int frame) const {
     return look_at(pose.eye, pose.target, pose.up, lens, width, height);
 }
 
+Result<void> World::move(int frame) {
+    for (const Mover& mover : movers) {
+        scene.instances[index_of(mover.item)].object_to_world = mover.object_to_world(frame);
+        if (Result<void> moved =
+                partition::update_bounds(hierarchy, mover.item, item_bounds(scene, mover.item));
+            !moved) {
+            return moved;
+        }
+        // The mesh of a balloon has its origin at 0.
+        item_frames[index_of(mover.item)] = mover.object_to_world(frame);
+    }
+    return {};
+}
+
 Result<World> load_world(const WorldOptions& options) {
     World world;
     std::uint32_t max_items = partition::BspOptions{}.max_items;
@@ -231,6 +246,11 @@ Result<World> load_world(const WorldOptions& options) {
     if (Result<void> chosen = choose_frames(options, world); !chosen) {
         return tl::unexpected(std::move(chosen).error());
     }
+    auto movers = add_movers(world.scene, options.movers);
+    if (!movers) {
+        return tl::unexpected(movers.error());
+    }
+    world.movers = std::move(*movers);
     const auto begin = std::chrono::steady_clock::now();
     auto hierarchy = build_hierarchy(world.scene, options, options.max_items.value_or(max_items));
     if (!hierarchy) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "run/movers.hpp"
 #include "scenes/scene_catalog.hpp"
 #include <farfield/core/result.hpp>
 #include <farfield/eval/camera_path.hpp>
@@ -34,6 +35,7 @@ struct WorldOptions {
     partition::BspOptions bsp;
     partition::KdTreeOptions cells; ///< of a k-d tree, and all but `branching` of an octree
     std::optional<std::uint32_t> max_items;
+    int movers = 0;      ///< balloons that go round among what is there
     bool levels = false; ///< levels of detail are made as well, for `mesh-lod`
 };
 
@@ -46,6 +48,7 @@ struct World {
     LodTable clustered; ///< levels by clustering
     std::vector<std::uint64_t> item_primitives;
     std::vector<glm::dmat4x3> item_frames;
+    std::vector<Mover> movers;
     CameraPath path;
     double fov_deg = 60.0; ///< vertical
     int width = 640;       ///< [px]
@@ -60,6 +63,10 @@ struct World {
 
     /// The view of a frame of the walk.
     [[nodiscard]] View view(int frame) const;
+
+    /// Puts what moves where it is in a frame of the walk, for techniques over the hierarchy and
+    /// for who measures. Backends are told by `Backends::move`.
+    [[nodiscard]] Result<void> move(int frame);
 };
 
 /// Makes or loads a scene, builds its hierarchy, and finds the walk through it. Warnings of loaders

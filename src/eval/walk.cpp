@@ -568,6 +568,11 @@ Result<WalkResult> Walk::run() {
         return tl::unexpected(std::move(made).error());
     }
     for (int frame = 0; frame < options_.frames; ++frame) {
+        if (setup_.before_frame) {
+            if (Result<void> changed = setup_.before_frame(frame); !changed) {
+                return tl::unexpected(std::move(changed).error());
+            }
+        }
         if (Result<void> done = run_frame(frame); !done) {
             return tl::unexpected(std::move(done).error());
         }

@@ -65,6 +65,10 @@ struct WalkSetup {
     std::span<const glm::dmat4x3> item_frames;
     /// View of frame 0, 1, ...; all of the same size.
     std::function<View(int)> view;
+    /// Called outside the clock before each frame, for what changes in the world: it may change the
+    /// hierarchy, where items are drawn and `item_frames`. An error ends the walk. Empty: nothing
+    /// changes.
+    std::function<Result<void>(int)> before_frame;
     FrameClear clear;
 };
 
