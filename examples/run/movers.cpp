@@ -22,8 +22,8 @@ constexpr double kFramesAround = 300.0;
 Mesh make_balloon() {
     constexpr int kGores = 12;
     constexpr int kRings = 10;
-    const glm::dvec3 bright(0.95, 0.35, 0.10);
-    const glm::dvec3 pale(0.98, 0.93, 0.80);
+    const glm::dvec3 bright(242, 90, 26);
+    const glm::dvec3 pale(250, 238, 205);
     const auto point = [](int ring, int gore) {
         const double down = std::numbers::pi * ring / kRings;
         const double round = 2.0 * std::numbers::pi * gore / kGores;
@@ -50,7 +50,7 @@ Mesh make_balloon() {
             color
         );
     }
-    const glm::dvec3 straw(0.45, 0.30, 0.15);
+    const glm::dvec3 straw(115, 76, 38);
     constexpr double kHalf = 0.2;
     constexpr double kTop = -1.25;
     constexpr double kBottom = -1.55;
@@ -81,7 +81,6 @@ Mesh make_balloon() {
 glm::dmat4x3 Mover::object_to_world(int frame) const noexcept {
     const double angle = phase + 2.0 * std::numbers::pi * frame / kFramesAround;
     const glm::dvec3 place = middle + across * std::cos(angle) + along * std::sin(angle);
-    const glm::dvec3 up = glm::normalize(glm::cross(along, across));
     const glm::dvec3 x = glm::normalize(across);
     return {x * scale, up * scale, glm::cross(x, up) * scale, place};
 }
@@ -117,6 +116,7 @@ Result<std::vector<Mover>> add_movers(Scene& scene, int count) {
         const double radius = reach * random.between(0.05, 0.2);
         mover.middle = center(box) + x * (away * std::cos(angle)) + z * (away * std::sin(angle)) +
                        scene.up * (height * random.between(-0.3, 0.5));
+        mover.up = scene.up;
         mover.across = x * radius;
         mover.along = z * (i % 2 == 0 ? radius : -radius);
         mover.phase = 2.0 * std::numbers::pi * random.unit();

@@ -18,8 +18,9 @@ struct Mover {
     glm::dvec3 middle{0.0}; ///< of its circle [m]
     glm::dvec3 across{0.0}; ///< two radii at right angles [m]
     glm::dvec3 along{0.0};
-    double phase = 0.0; ///< [rad] at frame 0
-    double scale = 1.0; ///< [m] radius of the balloon
+    glm::dvec3 up{0.0, 1.0, 0.0}; ///< unit
+    double phase = 0.0;           ///< [rad] at frame 0
+    double scale = 1.0;           ///< [m] radius of the balloon
 
     /// Where it is: the same for the same frame.
     [[nodiscard]] glm::dmat4x3 object_to_world(int frame) const noexcept;
