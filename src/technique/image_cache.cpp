@@ -98,6 +98,14 @@ struct ImagePlacement {
     Region rectangle; ///< of the camera's pixels, without border
 };
 
+/// How much wider than on the screen a strip along the edge of a surface is: the surface's normal
+/// and the edge are two axes, seen along a direction with these components along them.
+float stretch(float along_normal, float along_edge) noexcept {
+    constexpr float kLeast = 1e-3F;
+    return std::sqrt(std::max(1.0F - along_edge * along_edge, 0.0F)) /
+           std::max(along_normal, kLeast);
+}
+
 /// True when nothing of the first box can hide anything of the second: along some axis the first
 /// begins where the second ends, and the eye is on the second's side. Boxes that meet: false.
 bool is_behind(const Box3f& first, const Box3f& second, const glm::vec3& eye) noexcept {
@@ -776,12 +784,14 @@ Box3f ImageCache::Impl::surface_clip(const HierarchyNode& of) const noexcept {
     const glm::vec3 to_box = center(of.pieces_box) - eye;
     const float range = glm::length(to_box);
     const float texel = range / frame.camera.pixels_per_tangent_y;
+    const glm::vec3 sight = range > 0.0F ? glm::abs(to_box) / range : glm::vec3(1.0F);
     glm::vec3 margin = size * (hierarchy->inflation * 0.5F);
     for (int axis = 0; axis < 3; ++axis) {
-        // A step along the axis is foreshortened by the sine of its angle with the line of sight.
-        const float cosine = range > 0.0F ? to_box[axis] / range : 0.0F;
-        const float sine = std::sqrt(std::max(1.0F - cosine * cosine, 1e-6F));
-        const float wanted = static_cast<float>(options.overlap_px) * texel / sine;
+        const float wanted = static_cast<float>(options.overlap_px) * texel *
+                             std::max(
+                                 stretch(sight[(axis + 1) % 3], sight[(axis + 2) % 3]),
+                                 stretch(sight[(axis + 2) % 3], sight[(axis + 1) % 3])
+                             );
         margin[axis] = std::max(margin[axis], std::min(wanted, kMostOverlap * size[axis]));
     }
     if (!hierarchy->clip_leaves) {
