@@ -253,7 +253,10 @@ struct ImageCache::Impl {
     }
     /// What the pixels cost that geometry within a box may cover this frame.
     [[nodiscard]] double pixels_cost(const Box3f& box) const noexcept;
-    [[nodiscard]] Box3f surface_clip(const HierarchyNode& of) const noexcept;
+    /// The box that the surfaces of a node's image reach to.
+    [[nodiscard]] Box3f surface_clip(std::uint32_t index) const noexcept;
+    /// The cell of a node where planes are perpendicular to the axes; unbounded where none is.
+    [[nodiscard]] Box3f cell_of(std::uint32_t index) const noexcept;
     [[nodiscard]] ImageQuad quad_of(const CachedImage& image) const noexcept;
 };
 
@@ -527,7 +530,7 @@ std::optional<ImagePlacement> ImageCache::Impl::place_image(std::uint32_t index)
     if (!images_possible || !here.image_level) {
         return std::nullopt;
     }
-    const Box3f box = unite(here.items_box, with_surfaces() ? surface_clip(here) : Box3f{});
+    const Box3f box = unite(here.items_box, with_surfaces() ? surface_clip(index) : Box3f{});
     const View& view = frame.camera.view;
     const auto near_distance = static_cast<float>(view.lens.near_distance);
     if (contains(box, frame.camera.eye)) {
@@ -775,7 +778,26 @@ bool ImageCache::Impl::make_image(std::uint32_t index, const ImagePlacement& pla
     return true;
 }
 
-Box3f ImageCache::Impl::surface_clip(const HierarchyNode& of) const noexcept {
+Box3f ImageCache::Impl::cell_of(std::uint32_t index) const noexcept {
+    Box3f cell = kEverywhere;
+    for (; index != 0; index = node(index).parent) {
+        const HierarchyNode& parent = node(node(index).parent);
+        for (int axis = 0; axis < 3; ++axis) {
+            if (parent.plane.normal[axis] != 1.0F) {
+                continue;
+            }
+            if (index == parent.first_child) {
+                cell.hi[axis] = std::min(cell.hi[axis], parent.plane.offset);
+            } else {
+                cell.lo[axis] = std::max(cell.lo[axis], parent.plane.offset);
+            }
+        }
+    }
+    return cell;
+}
+
+Box3f ImageCache::Impl::surface_clip(std::uint32_t index) const noexcept {
+    const HierarchyNode& of = node(index);
     if (is_empty(of.pieces_box)) {
         return {};
     }
@@ -797,15 +819,22 @@ Box3f ImageCache::Impl::surface_clip(const HierarchyNode& of) const noexcept {
     if (!hierarchy->clip_leaves) {
         return inflate(of.pieces_box, margin);
     }
-    // Through the faces that the eye sees: what lies beyond them is nearer, and drawn over it.
+    // Out of the cell only through the faces that the eye sees: what lies beyond those is nearer,
+    // and drawn over it.
     const glm::vec3 reach = glm::max(glm::abs(of.pieces_box.lo), glm::abs(of.pieces_box.hi));
     const float largest = std::max({size.x, size.y, size.z});
     const float farthest = std::max({reach.x, reach.y, reach.z});
     constexpr float kRounding = 4.0F * std::numeric_limits<float>::epsilon();
-    Box3f clip = inflate(of.pieces_box, glm::vec3(kClipSlack * largest + kRounding * farthest));
+    const float slack = kClipSlack * largest + kRounding * farthest;
+    const Box3f cell = cell_of(index);
+    Box3f clip = inflate(of.pieces_box, glm::max(margin, glm::vec3(slack)));
     for (int axis = 0; axis < 3; ++axis) {
-        clip.lo[axis] -= eye[axis] < of.pieces_box.lo[axis] ? margin[axis] : 0.0F;
-        clip.hi[axis] += eye[axis] > of.pieces_box.hi[axis] ? margin[axis] : 0.0F;
+        if (eye[axis] >= cell.lo[axis]) {
+            clip.lo[axis] = std::max(clip.lo[axis], cell.lo[axis] - slack);
+        }
+        if (eye[axis] <= cell.hi[axis]) {
+            clip.hi[axis] = std::min(clip.hi[axis], cell.hi[axis] + slack);
+        }
     }
     return clip;
 }
@@ -971,7 +1000,7 @@ void ImageCache::Impl::write_whole(std::uint32_t index) noexcept {
     write_surfaces_of(index);
     if (with_surfaces() && is_leaf(here) && !is_empty(here.pieces_box)) {
         // Images before it may have moved away from its edge by the threshold.
-        const Box3f box = unite(here.items_box, surface_clip(here));
+        const Box3f box = unite(here.items_box, surface_clip(index));
         const auto clip = static_cast<std::uint32_t>(plan.clips.size());
         for_overlap(index, box, true, [&](const Piece& run) {
             if (plan.clips.size() == clip) {
@@ -1002,7 +1031,7 @@ void ImageCache::Impl::write_surfaces_of(std::uint32_t index) noexcept {
         return; // all there is of it reaches only into the margin
     }
     const auto clip = static_cast<std::uint32_t>(plan.clips.size());
-    plan.clips.push_back(surface_clip(here));
+    plan.clips.push_back(surface_clip(index));
     writer.pieces(Command::Kind::geometry, here.first_piece, here.piece_count, clip);
     for (std::uint32_t i = here.first_guest; i < here.first_guest + here.guest_count; ++i) {
         writer.piece(hierarchy->guests[i], clip);

@@ -87,6 +87,18 @@ int strangers(const Picture& images, const Picture& geometry, int slack) {
     return count;
 }
 
+/// A walk past the trees, at the height of a man where the ground is drawn as it is. Images of
+/// ground that is seen at two degrees show the background through their seams: no overlap is wide
+/// enough for rims that fade. Those are looked at from above.
+View view_of(int frame, SurfacePlacement surfaces) {
+    const View view = small_walk(frame, kWidth, kHeight);
+    if (surfaces == SurfacePlacement::first) {
+        return view;
+    }
+    const glm::dvec3 up(0.0, 1.0, 0.0);
+    return look_at(view.eye + 20.0 * up, glm::dvec3(0.0), up, view.lens, kWidth, kHeight);
+}
+
 /// A box that flies through the trees, and another tree that grows.
 struct Story {
     ItemId box;
@@ -175,7 +187,7 @@ TEST_CASE("Every partition, metric and policy draws the world as it is") {
             if (frame == kFrames / 2) {
                 partition::mark_changed(tree, story.tree);
             }
-            const View view = small_walk(frame, kWidth, kHeight);
+            const View view = view_of(frame, axes.surfaces);
             const Picture expected =
                 draw(drawer->backend(), geometry.plan(view), kWidth, kHeight, 1, clear);
             const Picture images = draw(
@@ -183,12 +195,10 @@ TEST_CASE("Every partition, metric and policy draws the world as it is") {
             );
             shown += cache->statistics().images_shown;
             // Rounding of colours that are blended once or twice; and one pixel in a thousand where
-            // edges of foliage, thinner than a pixel, come out between the samples. Ground seen at
-            // two degrees in images of its own shows the background through seams: no overlap is
-            // wide enough for rims that fade.
-            const int pixels = kWidth * kHeight;
+            // edges of foliage, thinner than a pixel, come out between the samples; a few more
+            // where rims of images that fade meet rims of images that they are made of.
             const bool seams = axes.surfaces == SurfacePlacement::in_images;
-            CHECK(strangers(images, expected, 8) <= (seams ? pixels / 100 : pixels / 1000));
+            CHECK(strangers(images, expected, 8) <= kWidth * kHeight / (seams ? 400 : 1000));
         }
         CHECK(shown > 0);
     }

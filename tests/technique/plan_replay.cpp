@@ -27,19 +27,40 @@ bool within(const Box3f& inner, const Box3f& outer) {
     return contains(outer, inner.lo) && contains(outer, inner.hi);
 }
 
-/// The largest box that contents may be clipped to: half as large again on the sides that the eye
-/// sees, and enlarged by rounding alone on the others.
-Box3f largest_clip(const Box3f& contents, const glm::vec3& eye) {
+/// The largest box that contents may be clipped to: half as large again on each side, but beyond
+/// the cell only on sides that the eye sees, apart from rounding.
+Box3f largest_clip(const Box3f& contents, const Box3f& cell, const glm::vec3& eye) {
     const glm::vec3 size = extent(contents);
     const glm::vec3 reach = glm::max(glm::abs(contents.lo), glm::abs(contents.hi));
     const float rounding =
         2e-4F * std::max({size.x, size.y, size.z}) + 1e-5F * std::max({reach.x, reach.y, reach.z});
-    Box3f box = inflate(contents, glm::vec3(rounding));
+    Box3f box = inflate(contents, 0.5F * size + rounding);
     for (int axis = 0; axis < 3; ++axis) {
-        box.lo[axis] -= eye[axis] < contents.lo[axis] ? 0.5F * size[axis] : 0.0F;
-        box.hi[axis] += eye[axis] > contents.hi[axis] ? 0.5F * size[axis] : 0.0F;
+        if (eye[axis] >= cell.lo[axis]) {
+            box.lo[axis] = std::max(box.lo[axis], cell.lo[axis] - rounding);
+        }
+        if (eye[axis] <= cell.hi[axis]) {
+            box.hi[axis] = std::min(box.hi[axis], cell.hi[axis] + rounding);
+        }
     }
     return box;
+}
+
+/// The cell of a node of a tree with planes perpendicular to the axes.
+Box3f cell_of(const Hierarchy& tree, std::uint32_t index) {
+    constexpr float kFar = std::numeric_limits<float>::max();
+    Box3f cell{glm::vec3(-kFar), glm::vec3(kFar)};
+    for (; index != 0; index = tree.nodes[index].parent) {
+        const HierarchyNode& parent = tree.nodes[tree.nodes[index].parent];
+        const glm::vec3& normal = parent.plane.normal;
+        const int axis = normal.x != 0.0F ? 0 : normal.y != 0.0F ? 1 : 2;
+        if (index == parent.first_child) {
+            cell.hi[axis] = std::min(cell.hi[axis], parent.plane.offset);
+        } else {
+            cell.lo[axis] = std::max(cell.lo[axis], parent.plane.offset);
+        }
+    }
+    return cell;
 }
 
 bool all_different(std::vector<std::uint32_t> numbers) {
@@ -158,7 +179,7 @@ PlanReplay::clipped_leaf(const FramePlan& plan, const Pass& pass, const Command&
     for (std::uint32_t index = 0; index < hierarchy_->nodes.size(); ++index) {
         const HierarchyNode& node = hierarchy_->nodes[index];
         if (!is_leaf(node) || is_empty(node.pieces_box) || !within(node.pieces_box, clip) ||
-            !within(clip, largest_clip(node.pieces_box, eye))) {
+            !within(clip, largest_clip(node.pieces_box, cell_of(*hierarchy_, index), eye))) {
             continue;
         }
         std::vector<Piece> all(
