@@ -395,12 +395,6 @@ int main(int argc, char** argv) {
     app.add_option("--image-budget-mib", options.run.budget_mib, "memory for images [MiB]")
         ->check(CLI::Range(0, 1 << 20));
     app.add_flag("--exact-pixels", options.run.cache.exact_pixels);
-    const std::map<std::string, SurfacePlacement> placements = {
-        {"automatic", SurfacePlacement::automatic},
-        {"in-images", SurfacePlacement::in_images},
-        {"first", SurfacePlacement::first}};
-    app.add_option("--surfaces", options.run.cache.surfaces, "where split surfaces are drawn")
-        ->transform(CLI::CheckedTransformer(placements));
     run::add_axis_options(app, options.run);
     run::add_partition_options(app, options.world);
     app.add_option(

@@ -181,17 +181,22 @@ class Reader {
     std::optional<Error> error_;
 };
 
-Result<SurfacePlacement> parse_surfaces(const std::string& name, const std::string& where) {
-    if (name == "automatic") {
-        return SurfacePlacement::automatic;
+/// Reads one of the named values; `value` stays where the key is not there.
+template <typename Value, typename Stored>
+void read_name(Reader& reader, const char* key, const Names<Value>& names, Stored& value) {
+    const json* found = reader.find(key);
+    if (found == nullptr) {
+        return;
     }
-    if (name == "in-images") {
-        return SurfacePlacement::in_images;
+    std::string known;
+    for (const auto& [name, meaning] : names) {
+        if (found->is_string() && *found == name) {
+            value = meaning;
+            return;
+        }
+        known += (known.empty() ? "" : ", ") + name;
     }
-    if (name == "first") {
-        return SurfacePlacement::first;
-    }
-    return bad(where, "surfaces is \"" + name + "\", expected automatic, in-images or first");
+    reader.refuse(key, *found, "one of " + known);
 }
 
 Result<ComparedRun> parse_run(const json& object, const std::string& where) {
@@ -199,14 +204,18 @@ Result<ComparedRun> parse_run(const json& object, const std::string& where) {
     constexpr std::uint64_t kMostMib = 1U << 20U;
     ComparedRun run;
     Reader reader(object, where);
-    std::string surfaces = "automatic";
     reader.text("name", run.name);
     reader.text("technique", run.options.technique);
     reader.text("preset", run.options.preset);
     reader.text("levels", run.options.levels);
     reader.text("backend", run.options.backend);
     reader.text("cost_model", run.options.cost_model);
-    reader.text("surfaces", surfaces);
+    read_name(reader, "validity", validity_names(), run.options.validity);
+    read_name(reader, "orientation", orientation_names(), run.options.orientation);
+    read_name(reader, "policy", policy_names(), run.options.policy);
+    read_name(reader, "surfaces", surface_names(), run.options.cache.surfaces);
+    read_name(reader, "quad_depth", depth_names(), run.options.cache.quad_depth);
+    reader.flag("all_around", run.options.cache.all_around);
     reader.number("error_px", run.options.cache.error_px);
     reader.whole("samples", run.options.samples, 1, kMostSamples);
     reader.whole("image_samples", run.options.cache.image_samples, 1, kMostSamples);
@@ -215,11 +224,6 @@ Result<ComparedRun> parse_run(const json& object, const std::string& where) {
     if (Result<void> done = reader.done(); !done) {
         return tl::unexpected(std::move(done).error());
     }
-    const auto placement = parse_surfaces(surfaces, where);
-    if (!placement) {
-        return tl::unexpected(placement.error());
-    }
-    run.options.cache.surfaces = *placement;
     if (run.name.empty()) {
         return bad(where, "no \"name\"");
     }

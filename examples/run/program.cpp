@@ -6,7 +6,6 @@
 #include <exception>
 #include <filesystem>
 #include <malloc.h>
-#include <map>
 #include <string>
 #include <system_error>
 #include <unistd.h>
@@ -87,27 +86,16 @@ void add_partition_options(CLI::App& app, WorldOptions& options) {
 }
 
 void add_axis_options(CLI::App& app, RunOptions& options) {
-    const std::map<std::string, ImageValidity> validities = {
-        {"angle", ImageValidity::angle},
-        {"zone", ImageValidity::zone},
-        {"impostor-angles", ImageValidity::impostor_angles},
-        {"bound", ImageValidity::bound}};
     app.add_option("--validity", options.validity, "when images may still be shown")
-        ->transform(CLI::CheckedTransformer(validities));
-    const std::map<std::string, ImageOrientation> orientations = {
-        {"view-aligned", ImageOrientation::view_aligned},
-        {"facing-eye", ImageOrientation::facing_eye}};
+        ->transform(CLI::CheckedTransformer(validity_names()));
     app.add_option("--orientation", options.orientation, "of the planes of images")
-        ->transform(CLI::CheckedTransformer(orientations));
-    const std::map<std::string, ImagePolicy> policies = {
-        {"amortized", ImagePolicy::amortized},
-        {"whenever-possible", ImagePolicy::whenever_possible}};
+        ->transform(CLI::CheckedTransformer(orientation_names()));
     app.add_option("--policy", options.policy, "which images are made")
-        ->transform(CLI::CheckedTransformer(policies));
-    const std::map<std::string, QuadDepth> depths = {
-        {"none", QuadDepth::none}, {"plane", QuadDepth::plane}, {"texel", QuadDepth::texel}};
+        ->transform(CLI::CheckedTransformer(policy_names()));
+    app.add_option("--surfaces", options.cache.surfaces, "where split surfaces are drawn")
+        ->transform(CLI::CheckedTransformer(surface_names()));
     app.add_option("--quad-depth", options.cache.quad_depth, "how images stand in depth")
-        ->transform(CLI::CheckedTransformer(depths));
+        ->transform(CLI::CheckedTransformer(depth_names()));
     app.add_flag(
         "--all-around", options.cache.all_around, "keeps images of what is behind the viewer"
     );

@@ -21,7 +21,7 @@ void add_scene_options(CLI::App& app, WorldOptions& options);
 void add_partition_options(CLI::App& app, WorldOptions& options);
 
 /// Adds the options that say how an image cache decides: --validity, --orientation and --policy in
-/// place of the preset's, --quad-depth, --all-around.
+/// place of the preset's, --surfaces, --quad-depth, --all-around.
 void add_axis_options(CLI::App& app, RunOptions& options);
 
 /// Makes a folder, and those above it. An empty name makes none.

@@ -57,6 +57,43 @@ ImageCacheOptions cache_options(const RunOptions& options) {
 
 } // namespace
 
+const Names<ImageValidity>& validity_names() {
+    static const Names<ImageValidity> names = {
+        {"angle", ImageValidity::angle},
+        {"zone", ImageValidity::zone},
+        {"impostor-angles", ImageValidity::impostor_angles},
+        {"bound", ImageValidity::bound}};
+    return names;
+}
+
+const Names<ImageOrientation>& orientation_names() {
+    static const Names<ImageOrientation> names = {
+        {"view-aligned", ImageOrientation::view_aligned},
+        {"facing-eye", ImageOrientation::facing_eye}};
+    return names;
+}
+
+const Names<ImagePolicy>& policy_names() {
+    static const Names<ImagePolicy> names = {
+        {"amortized", ImagePolicy::amortized},
+        {"whenever-possible", ImagePolicy::whenever_possible}};
+    return names;
+}
+
+const Names<QuadDepth>& depth_names() {
+    static const Names<QuadDepth> names = {
+        {"none", QuadDepth::none}, {"plane", QuadDepth::plane}, {"texel", QuadDepth::texel}};
+    return names;
+}
+
+const Names<SurfacePlacement>& surface_names() {
+    static const Names<SurfacePlacement> names = {
+        {"automatic", SurfacePlacement::automatic},
+        {"in-images", SurfacePlacement::in_images},
+        {"first", SurfacePlacement::first}};
+    return names;
+}
+
 Result<void> validate(const RunOptions& options) {
     constexpr std::array<std::string_view, 3> kTechniques = {"geometry", "mesh-lod", "image-cache"};
     constexpr std::array<std::string_view, 2> kPresets = {"shade1996", "schaufler1996"};

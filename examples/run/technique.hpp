@@ -10,11 +10,21 @@
 #include <farfield/technique/mesh_lod.hpp>
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 
 namespace farfield::run {
+
+/// What the programs and the plans of evaluations call the choices of an image cache.
+template <typename Value>
+using Names = std::map<std::string, Value>;
+[[nodiscard]] const Names<ImageValidity>& validity_names();
+[[nodiscard]] const Names<ImageOrientation>& orientation_names();
+[[nodiscard]] const Names<ImagePolicy>& policy_names();
+[[nodiscard]] const Names<QuadDepth>& depth_names();
+[[nodiscard]] const Names<SurfacePlacement>& surface_names();
 
 /// One technique on one backend. Names as the options of the programs.
 struct RunOptions {

@@ -202,6 +202,7 @@ struct ImageCache::Impl {
     void for_movers(std::uint32_t index, const Use& use) const noexcept;
     void write_mover(const MovingItem& mover) noexcept;
     void write_frame(const View& view) noexcept;
+    void hide_unseen() noexcept;
     /// Takes back what a subtree did, where an image stands for it.
     void leave_untouched(std::uint32_t index) noexcept;
     void order_passes() noexcept;
@@ -1174,6 +1175,15 @@ void ImageCache::Impl::write_frame(const View& view) noexcept {
     writer.close(frame_pass(view, frame_batch));
 }
 
+void ImageCache::Impl::hide_unseen() noexcept {
+    // What was kept up to date out of view has an event, but did nothing in the frame.
+    for (std::size_t index = 0; index < statuses.size(); ++index) {
+        if (statuses[index] != NodeStatus::untouched && !states[index].seen) {
+            statuses[index] = NodeStatus::culled;
+        }
+    }
+}
+
 const FramePlan& ImageCache::plan(const View& view, const Motion& motion) noexcept {
     Impl& impl = *impl_;
     impl.begin_frame(view, motion);
@@ -1182,6 +1192,7 @@ const FramePlan& ImageCache::plan(const View& view, const Motion& motion) noexce
     impl.update(0, Overlap::partial, impl.options.all_around);
     impl.order_passes();
     impl.write_frame(view);
+    impl.hide_unseen();
     impl.store.report(impl.statistics);
     return impl.plan;
 }

@@ -69,7 +69,9 @@ TEST_CASE("every key of a plan arrives", "[evaluation]") {
          "reference_every": 4, "truth_samples": 0, "parameters": {"trees": 5, "seed": 1.0},
          "runs": [
           {"name": "a", "technique": "image-cache", "preset": "shade1996", "backend": "embree",
-           "cost_model": "costs.json", "surfaces": "first", "error_px": 0.5, "samples": 16,
+           "cost_model": "costs.json", "surfaces": "first", "validity": "bound",
+           "orientation": "facing-eye", "policy": "whenever-possible", "quad_depth": "texel",
+           "all_around": true, "error_px": 0.5, "samples": 16,
            "image_samples": 4, "image_budget_mib": 128, "measure": true},
           {"name": "b", "technique": "mesh-lod", "levels": "cluster", "backend": "opengl",
            "surfaces": "in-images"}]},
@@ -104,6 +106,11 @@ TEST_CASE("every key of a plan arrives", "[evaluation]") {
     CHECK(a.options.backend == "embree");
     CHECK(a.options.cost_model == "costs.json");
     CHECK(a.options.cache.surfaces == SurfacePlacement::first);
+    CHECK(a.options.validity == farfield::ImageValidity::bound);
+    CHECK(a.options.orientation == farfield::ImageOrientation::facing_eye);
+    CHECK(a.options.policy == farfield::ImagePolicy::whenever_possible);
+    CHECK(a.options.cache.quad_depth == farfield::QuadDepth::texel);
+    CHECK(a.options.cache.all_around);
     CHECK(a.options.cache.error_px == 0.5);
     CHECK(a.options.samples == 16);
     CHECK(a.options.cache.image_samples == 4);
@@ -288,7 +295,7 @@ TEST_CASE("a value of the wrong kind is refused with its key", "[evaluation]") {
         {"levels", {"1"}, "a text"},
         {"backend", {"null"}, "a text"},
         {"cost_model", {"{}"}, "a text"},
-        {"surfaces", {"1"}, "a text"},
+        {"surfaces", {"1"}, "one of automatic, first, in-images"},
         {"error_px", {"\"2\"", "null", "true"}, "a number"},
         {"samples", {"0", "65", "1.5"}, "a whole number from 1 to 64"},
         {"image_samples", {"0"}, "a whole number from 1 to 64"},
@@ -338,7 +345,8 @@ TEST_CASE("what there is none of is refused with what there is", "[evaluation]")
     );
     CHECK(
         message_of(plan_with("", R"(, "surfaces": "last")")) ==
-        "plan.json: walks[0].runs[0]: surfaces is \"last\", expected automatic, in-images or first"
+        "plan.json: walks[0].runs[0]: surfaces is \"last\", expected one of automatic, first, "
+        "in-images"
     );
 }
 

@@ -783,3 +783,112 @@ TEST_CASE("once warm, planning allocates nothing") {
         }
     }
 }
+
+TEST_CASE("options that cannot mean anything together are refused by name") {
+    const Hierarchy tree = support::make_row(4, {});
+    const auto refused = [&](const ImageCacheOptions& options) {
+        const auto made = ImageCache::create(tree, options);
+        REQUIRE_FALSE(made.has_value());
+        CHECK(made.error().code == ErrorCode::invalid_argument);
+        return made.error().message;
+    };
+    const auto facing = ImageOrientation::facing_eye;
+    CHECK(
+        refused({.all_around = true}) ==
+        "image cache: all_around needs images that face the eye (orientation)"
+    );
+    CHECK(
+        refused({.validity = ImageValidity::impostor_angles}) ==
+        "image cache: the angles of impostors need images that face the eye (orientation)"
+    );
+    CHECK(
+        refused({.orientation = facing, .exact_pixels = true}) ==
+        "image cache: exact_pixels needs view-aligned images (orientation)"
+    );
+    CHECK(
+        refused({.surfaces = SurfacePlacement::first, .quad_depth = QuadDepth::plane}) ==
+        "image cache: quad_depth plane does not go with surfaces drawn first"
+    );
+    CHECK(refused({.texel_px = 0.5}).find("texel_px is 0.5") != std::string::npos);
+    CHECK(refused({.orientation = facing, .texel_px = 0.0}).find("texel_px") != std::string::npos);
+    CHECK(
+        refused({.orientation = facing, .texel_px = 0.75, .max_texel_px = 0.5})
+            .find("max_texel_px is 0.5") != std::string::npos
+    );
+    CHECK(refused({.image_limit = 15}).find("image_limit is 15") != std::string::npos);
+    CHECK(validate(presets::schaufler1996()).has_value());
+    CHECK(presets::schaufler1996().error_px == 1.0);
+    CHECK(validate(presets::schaufler1996({.all_around = true})).has_value());
+}
+
+TEST_CASE("with images all around a turn of the head makes none") {
+    const Forest forest = support::make_forest({.trees = 60, .radius = 60.0});
+    for (const bool all_around : {true, false}) {
+        ImageCacheOptions options = presets::schaufler1996({.all_around = all_around});
+        options.image_budget_bytes = std::uint64_t{256} << 20U;
+        ImageCache cache = make_cache(forest.hierarchy, options);
+        PlanReplay replay = make_replay(forest.hierarchy, cache, options);
+        const glm::dvec3 eye(8.0, 12.0, -4.0);
+        std::vector<Step> turn;
+        for (int frame = 0; frame < 24; ++frame) {
+            const double angle = frame * 0.2617993877991494; // 15 degrees
+            const glm::dvec3 ahead(std::cos(angle), -0.2, std::sin(angle));
+            turn.push_back(still(support::view_at(eye, eye + ahead)));
+        }
+        const auto look = [&](std::size_t frame) {
+            replay.execute(cache.plan(turn[frame].view, turn[frame].motion));
+            CHECK(cache.statistics().images_shown == replay.shown().size());
+            return cache.statistics().images_created;
+        };
+        CHECK(look(0) > 0);
+        std::uint64_t created = 0;
+        for (std::size_t frame = 1; frame < turn.size(); ++frame) {
+            created += look(frame);
+            CHECK(cache.statistics().images_shown > 0);
+        }
+        CHECK((created == 0) == all_around);
+        // Once around, nothing is missing any more.
+        for (std::size_t frame = 0; frame < turn.size(); ++frame) {
+            CHECK(look(frame) == 0);
+        }
+    }
+}
+
+TEST_CASE("texels are never shown larger than the limit, nor images made beyond theirs") {
+    const Hierarchy tree = support::make_row(1, {});
+    ImageCache cache = make_cache(tree, presets::schaufler1996());
+    std::uint64_t impossible = 0;
+    std::uint64_t combined = 0;
+    int last_event = -1;
+    for (int frame = 0; frame < 400; ++frame) {
+        const View view = support::view_at({0.0, 1.0, 202.0 - 0.5 * frame}, {0.0, 0.0, -10.0});
+        const FramePlan& plan = cache.plan(view, {});
+        const ImageEvent event = cache.events()[0];
+        impossible += event == ImageEvent::impossible ? 1U : 0U;
+        combined += event == ImageEvent::combined ? 1U : 0U;
+        // Towards a box its image becomes impossible once, and stays so.
+        CHECK(
+            (last_event != static_cast<int>(ImageEvent::impossible) ||
+             event == ImageEvent::impossible)
+        );
+        last_event = static_cast<int>(event);
+        if (event == ImageEvent::impossible) {
+            CHECK(plan.quads.empty());
+            continue;
+        }
+        REQUIRE(plan.quads.size() == 1);
+        const ImageQuad& quad = plan.quads[0];
+        CHECK(quad.source.width <= 256);
+        CHECK(quad.source.height <= 256);
+        const double texel = glm::length(glm::dvec3(quad.edge_u)) / quad.source.width;
+        const double distance = glm::length(
+            glm::dvec3(quad.origin + 0.5F * (quad.edge_u + quad.edge_v)) - view.eye + tree.origin
+        );
+        const double pixel = (std::atan(0.75) * 2.0) / 480.0;
+        // The plane may be nearer than the middle of the quad is, never farther.
+        CHECK(2.0 * std::atan(texel / (2.0 * distance)) <= 1.0001 * pixel);
+    }
+    CHECK(impossible > 10);
+    CHECK(combined == 0);
+    CHECK(last_event == static_cast<int>(ImageEvent::impossible));
+}
