@@ -3,6 +3,8 @@
 #include "tree_checks.hpp"
 #include <farfield/partition/bsp.hpp>
 #include <farfield/partition/changes.hpp>
+#include <farfield/partition/kdtree.hpp>
+#include <farfield/partition/octree.hpp>
 
 #include <catch2/catch.hpp>
 
@@ -10,6 +12,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -99,6 +102,32 @@ Box3d shifted(const Box3d& box, const glm::dvec3& by) {
     return {box.lo + by, box.hi + by};
 }
 
+/// The same objects by every builder, a few in a leaf.
+std::vector<Hierarchy> built_by_all(
+    std::span<const Object> objects,
+    std::uint32_t max_items,
+    const PrimitiveBounds& primitive_bounds = {}
+) {
+    std::uint64_t most = 0;
+    for (const Object& object : objects) {
+        most = std::max(most, object.primitives);
+    }
+    const auto max_primitives = static_cast<std::uint32_t>(most * max_items);
+    partition::BspOptions bsp;
+    bsp.max_items = max_items;
+    bsp.max_piece_primitives = 8;
+    auto kdtree = partition::build_kdtree(
+        objects, {.branching = 4, .max_primitives = max_primitives}, primitive_bounds
+    );
+    auto octree =
+        partition::build_octree(objects, {.max_primitives = max_primitives}, primitive_bounds);
+    REQUIRE(kdtree.has_value());
+    REQUIRE(octree.has_value());
+    REQUIRE(kdtree->quality.leaves > 3);
+    REQUIRE(octree->quality.leaves > 3);
+    return {built(objects, bsp, primitive_bounds), std::move(*kdtree), std::move(*octree)};
+}
+
 /// What the hierarchy should be: every item by itself, every node asked anew.
 class Model {
   public:
@@ -145,17 +174,15 @@ class Model {
         if (whole_[item] && !moves(item)) {
             count_up(tree, places_[item]);
         }
-        // Of a split item: every node with a piece of it.
+        // Of a split item: every node with a piece or a guest of it.
         for (std::size_t index = 0; !whole_[item] && index < tree.nodes.size(); ++index) {
             const HierarchyNode& node = tree.nodes[index];
-            const auto first = tree.pieces.begin() + node.first_piece;
-            versions_[index] += std::any_of(
-                                    first,
-                                    first + node.piece_count,
-                                    [&](const Piece& piece) { return index_of(piece.item) == item; }
-                                )
-                                    ? 1U
-                                    : 0U;
+            const auto is_part = [&](const Piece& part) { return index_of(part.item) == item; };
+            const auto piece = tree.pieces.begin() + node.first_piece;
+            const auto guest = tree.guests.begin() + node.first_guest;
+            const bool found = std::any_of(piece, piece + node.piece_count, is_part) ||
+                               std::any_of(guest, guest + node.guest_count, is_part);
+            versions_[index] += found ? 1U : 0U;
         }
     }
     /// Leaves that meet the box, and what is above them: a node is when a leaf under it is.
@@ -381,27 +408,28 @@ TEST_CASE("an item that moves leaves exactly what remains", "[changes]") {
 
 TEST_CASE("an item that goes home leaves no trace but versions", "[changes]") {
     const std::vector<Object> objects = support::random_boxes(200, 3);
-    const Hierarchy before = built(objects);
-    for (std::size_t item = 0; item < objects.size(); ++item) {
+    for (const Hierarchy& before : built_by_all(objects, 2)) {
+        for (std::size_t item = 0; item < objects.size(); ++item) {
+            Hierarchy tree = before;
+            move(tree, item, shifted(objects[item].bounds, {300, -200, 100}));
+            move(tree, item, objects[item].bounds);
+            REQUIRE(settle(tree, make_id<ItemId>(item)));
+            REQUIRE(settle(tree, make_id<ItemId>(item))); // it rests already
+            require_same_contents(tree, before);
+            REQUIRE(tree.nodes[0].content_version == 2);
+        }
+        // All at once, and back in another order.
         Hierarchy tree = before;
-        move(tree, item, shifted(objects[item].bounds, {300, -200, 100}));
-        move(tree, item, objects[item].bounds);
-        REQUIRE(settle(tree, make_id<ItemId>(item)));
-        REQUIRE(settle(tree, make_id<ItemId>(item))); // it rests already
+        for (std::size_t item = 0; item < objects.size(); ++item) {
+            move(tree, item, objects[item].bounds); // by no distance at all
+        }
+        REQUIRE(is_empty(tree.nodes[0].items_box));
+        for (std::size_t item = 0; item < objects.size(); ++item) {
+            REQUIRE(settle(tree, make_id<ItemId>((item * 77 + 5) % objects.size())));
+            support::require_valid(tree);
+        }
         require_same_contents(tree, before);
-        REQUIRE(tree.nodes[0].content_version == 2);
     }
-    // All at once, and back in another order.
-    Hierarchy tree = before;
-    for (std::size_t item = 0; item < objects.size(); ++item) {
-        move(tree, item, objects[item].bounds); // by no distance at all
-    }
-    REQUIRE(is_empty(tree.nodes[0].items_box));
-    for (std::size_t item = 0; item < objects.size(); ++item) {
-        REQUIRE(settle(tree, make_id<ItemId>((item * 77 + 5) % objects.size())));
-        support::require_valid(tree);
-    }
-    require_same_contents(tree, before);
 }
 
 TEST_CASE("an item settles in a free place where its centre is", "[changes]") {
@@ -580,74 +608,76 @@ TEST_CASE("any sequence of changes leaves what a list of items would", "[changes
         // Among them a splittable strip, and something with no primitives.
         objects[11] = {{{0, 0, 0}, {40, 0, 1}}, 40, true};
         objects[12].primitives = 0;
-        partition::BspOptions options;
-        options.max_items = 1 + static_cast<std::uint32_t>(seed);
-        options.max_piece_primitives = 8;
-        Hierarchy tree = built(objects, options, [](std::uint32_t, std::uint32_t square) -> Box3d {
+        const PrimitiveBounds squares = [](std::uint32_t, std::uint32_t square) -> Box3d {
             return {{1.0 * square, 0, 0}, {1.0 * square + 1, 0, 1}};
-        });
-        Model model(tree, objects);
-        model.require_equal(tree);
-        int settled = 0;
-        int refused = 0;
-        for (int step = 0; step < 1500; ++step) {
-            CAPTURE(seed, step);
-            const std::size_t item = random.below(static_cast<unsigned>(objects.size()));
-            const auto id = make_id<ItemId>(item);
-            const bool split = objects[item].splittable;
-            const std::uint32_t surface_version = tree.surface_version;
-            switch (random.below(6)) {
-            case 0: { // away from where it was built, at most as far as to its neighbours
-                const Box3d box = shifted(objects[item].bounds, random.vector(-200.0, 200.0));
-                REQUIRE(update_bounds(tree, id, box).has_value() == !split);
-                if (!split) {
-                    model.go(tree, item, local_box(box, tree.origin));
-                }
-                break;
-            }
-            case 1: // home
-                REQUIRE(update_bounds(tree, id, objects[item].bounds).has_value() == !split);
-                if (!split) {
-                    model.go(tree, item, local_box(objects[item].bounds, tree.origin));
-                }
-                break;
-            case 2:
-                REQUIRE(hide(tree, id).has_value() == !split);
-                if (!split) {
-                    model.go(tree, item, {});
-                }
-                break;
-            case 3: {
-                const std::uint32_t marks = split ? 1 : 0;
-                mark_changed(tree, id);
-                model.mark(tree, item);
-                REQUIRE(tree.surface_version == surface_version + marks);
-                break;
-            }
-            case 4: {
-                const glm::dvec3 corner = random.vector(-500.0, 500.0);
-                const Box3d box{corner, corner + random.vector(0.0, 400.0)};
-                mark_changed(tree, box);
-                model.mark(tree, local_box(box, tree.origin));
-                REQUIRE(tree.surface_version == surface_version + (model.surfaces_met() ? 1 : 0));
-                break;
-            }
-            default:
-                if (model.moves(item)) {
-                    const bool done = settle(tree, id);
-                    if (done) {
-                        model.rest(tree, item);
-                    }
-                    ++(done ? settled : refused);
-                } else {
-                    REQUIRE(settle(tree, id) == !split);
-                }
-                break;
-            }
+        };
+        const auto max_items = 1 + static_cast<std::uint32_t>(seed);
+        for (Hierarchy& tree : built_by_all(objects, max_items, squares)) {
+            Model model(tree, objects);
             model.require_equal(tree);
+            int settled = 0;
+            int refused = 0;
+            for (int step = 0; step < 1500; ++step) {
+                CAPTURE(seed, step);
+                const std::size_t item = random.below(static_cast<unsigned>(objects.size()));
+                const auto id = make_id<ItemId>(item);
+                const bool split = objects[item].splittable;
+                const std::uint32_t surface_version = tree.surface_version;
+                switch (random.below(6)) {
+                case 0: { // away from where it was built, at most as far as to its neighbours
+                    const Box3d box = shifted(objects[item].bounds, random.vector(-200.0, 200.0));
+                    REQUIRE(update_bounds(tree, id, box).has_value() == !split);
+                    if (!split) {
+                        model.go(tree, item, local_box(box, tree.origin));
+                    }
+                    break;
+                }
+                case 1: // home
+                    REQUIRE(update_bounds(tree, id, objects[item].bounds).has_value() == !split);
+                    if (!split) {
+                        model.go(tree, item, local_box(objects[item].bounds, tree.origin));
+                    }
+                    break;
+                case 2:
+                    REQUIRE(hide(tree, id).has_value() == !split);
+                    if (!split) {
+                        model.go(tree, item, {});
+                    }
+                    break;
+                case 3: {
+                    const std::uint32_t marks = split ? 1 : 0;
+                    mark_changed(tree, id);
+                    model.mark(tree, item);
+                    REQUIRE(tree.surface_version == surface_version + marks);
+                    break;
+                }
+                case 4: {
+                    const glm::dvec3 corner = random.vector(-500.0, 500.0);
+                    const Box3d box{corner, corner + random.vector(0.0, 400.0)};
+                    mark_changed(tree, box);
+                    model.mark(tree, local_box(box, tree.origin));
+                    REQUIRE(
+                        tree.surface_version == surface_version + (model.surfaces_met() ? 1 : 0)
+                    );
+                    break;
+                }
+                default:
+                    if (model.moves(item)) {
+                        const bool done = settle(tree, id);
+                        if (done) {
+                            model.rest(tree, item);
+                        }
+                        ++(done ? settled : refused);
+                    } else {
+                        REQUIRE(settle(tree, id) == !split);
+                    }
+                    break;
+                }
+                model.require_equal(tree);
+            }
+            // Both ends of settling were met, and often: some 250 tries are made with each seed.
+            CHECK(settled > 20);
+            CHECK(refused > 20);
         }
-        // Both ends of settling were met, and often: some 250 tries are made with each seed.
-        CHECK(settled > 20);
-        CHECK(refused > 20);
     }
 }
