@@ -555,8 +555,9 @@ std::optional<ImagePlacement> ImageCache::Impl::place_image(std::uint32_t index)
         const float least = side / static_cast<float>(limit - 2);
         const float tangent =
             std::max(std::tan(static_cast<float>(options.texel_px) * frame.pixel_rad.y), least);
-        const float largest = static_cast<float>(options.max_texel_px) * frame.pixel_rad.y;
-        if (std::isfinite(largest) && tangent > std::tan(largest)) {
+        // However large texels may get, none is made that is seen from the start.
+        const auto largest = static_cast<float>(std::min(options.max_texel_px, 1.0));
+        if (tangent > std::tan(largest * frame.pixel_rad.y)) {
             return std::nullopt;
         }
         set_pixel_tangent(placement.camera, tangent);

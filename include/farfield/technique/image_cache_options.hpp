@@ -75,8 +75,9 @@ struct ImageCacheOptions {
     /// [px] size of the texels of an image when it is made; (0, 1], and 1 for view-aligned images,
     /// which are made on the frame's pixels. Less than `max_texel_px` leaves room to go nearer.
     double texel_px = 1.0;
-    /// [px] largest size of texels that are shown: beyond it an image is made anew, and where it
-    /// would have to be larger than `image_limit` there is none. >= texel_px; infinite: any.
+    /// [px] largest size of texels that are shown: beyond it an image is made anew. >= texel_px;
+    /// infinite: any. Where texels of this size, or of one pixel if that is less, take more than
+    /// `image_limit` of them, there is no image.
     double max_texel_px = std::numeric_limits<double>::infinity();
     std::uint32_t max_life = 600; ///< [frame] longest life span that is amortised over. >= 1
     double overlap_px = 2.0;      ///< [texel] least overlap of split surfaces in images. >= 0
