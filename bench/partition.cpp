@@ -156,8 +156,9 @@ struct Ground {
     explicit Ground(std::size_t triangles)
         : posts(static_cast<std::size_t>(std::sqrt(static_cast<double>(triangles) / 2.0)) + 1) {
         for (std::size_t index = 0; index < posts * posts; ++index) {
+            const std::size_t row = index / posts;
             const auto x = static_cast<double>(index % posts);
-            const auto z = static_cast<double>(index / posts);
+            const auto z = static_cast<double>(row);
             const double height = 25.0 * (std::sin(0.05 * x) + std::sin(0.031 * z + 1.0));
             vertices.emplace_back(x, height, z);
         }

@@ -252,6 +252,20 @@ inline void require_surfaces_in_place(const Hierarchy& tree, const Surfaces& sce
             touch, static_cast<double>(std::max(-cells[0].lo[axis], cells[0].hi[axis])) * 0x1p-21
         );
     }
+    struct Primitive {
+        std::uint32_t object = 0;
+        std::uint32_t number = 0;
+        Triangle3d triangle;
+        Box3d box;
+    };
+    std::vector<Primitive> primitives;
+    for (std::uint32_t object = 0; object < scene.objects.size(); ++object) {
+        for (std::uint32_t number = 0; number < scene.triangles[object].size(); ++number) {
+            const Triangle3d triangle =
+                local_triangle(scene.triangles[object][number], tree.origin);
+            primitives.push_back({object, number, triangle, bounds(triangle)});
+        }
+    }
     Members homes;
     for (std::size_t index = 0; index < tree.nodes.size(); ++index) {
         const HierarchyNode& node = tree.nodes[index];
@@ -264,48 +278,50 @@ inline void require_surfaces_in_place(const Hierarchy& tree, const Surfaces& sce
         const Box3d cell{glm::dvec3(cells[index].lo), glm::dvec3(cells[index].hi)};
         const Box3d wide = enlarged_cell(cells[index], tree.inflation);
         const Box3d inner{cell.lo + touch, cell.hi - touch};
-        for (std::uint32_t object = 0; object < scene.objects.size(); ++object) {
-            for (std::uint32_t primitive = 0; primitive < scene.triangles[object].size();
-                 ++primitive) {
-                const Triangle3d triangle =
-                    local_triangle(scene.triangles[object][primitive], tree.origin);
-                const bool home = own.count({object, primitive}) > 0;
-                const bool guest = guests.count({object, primitive}) > 0;
-                CAPTURE(object, primitive, home, guest);
-                REQUIRE_FALSE((home && guest));
-                if (home) {
-                    REQUIRE(homes.insert({object, primitive}).second);
-                    const glm::dvec3 middle = (triangle[0] + triangle[1] + triangle[2]) / 3.0;
-                    REQUIRE(contains(inflate(cell, glm::dvec3(touch)), middle));
-                }
-                if (guest) {
-                    REQUIRE(overlaps(wide, triangle));
-                }
-                if (is_empty(inner) || !overlaps(inner, triangle)) {
-                    continue;
-                }
-                REQUIRE((home || guest));
-                const Box3d inside = clipped_bounds(inner, triangle);
-                const Box3d pieces{glm::dvec3(node.pieces_box.lo), glm::dvec3(node.pieces_box.hi)};
-                // Clipping rounds by 1e-15 of the triangle; the box is rounded outwards in float.
-                // What only touches a half that was left out is not in the box.
-                if (!is_empty(inside)) {
-                    const glm::dvec3 slack(touch + 1e-14 * glm::length(extent(bounds(triangle))));
-                    REQUIRE(contains(inflate(pieces, slack), inside.lo));
-                    REQUIRE(contains(inflate(pieces, slack), inside.hi));
-                }
+        // Homes and guests are looked for among what is near; then there are no others.
+        std::size_t homes_here = 0;
+        std::size_t guests_here = 0;
+        for (const Primitive& primitive : primitives) {
+            const Triangle3d& triangle = primitive.triangle;
+            if (is_empty(intersect(primitive.box, wide))) {
+                continue;
+            }
+            const bool home = own.count({primitive.object, primitive.number}) > 0;
+            const bool guest = guests.count({primitive.object, primitive.number}) > 0;
+            CAPTURE(primitive.object, primitive.number, home, guest);
+            homes_here += home ? 1 : 0;
+            guests_here += guest ? 1 : 0;
+            REQUIRE_FALSE((home && guest));
+            if (home) {
+                REQUIRE(homes.insert({primitive.object, primitive.number}).second);
+                const glm::dvec3 middle = (triangle[0] + triangle[1] + triangle[2]) / 3.0;
+                REQUIRE(contains(inflate(cell, glm::dvec3(touch)), middle));
+            }
+            if (guest) {
+                REQUIRE(overlaps(wide, triangle));
+            }
+            if (is_empty(inner) || !overlaps(inner, triangle)) {
+                continue;
+            }
+            REQUIRE((home || guest));
+            const Box3d inside = clipped_bounds(inner, triangle);
+            const Box3d pieces{glm::dvec3(node.pieces_box.lo), glm::dvec3(node.pieces_box.hi)};
+            // Clipping rounds by 1e-15 of the triangle; the box is rounded outwards in float. What
+            // only touches a half that was left out is not in the box.
+            if (!is_empty(inside)) {
+                const glm::dvec3 slack(touch + 1e-14 * glm::length(extent(primitive.box)));
+                REQUIRE(contains(inflate(pieces, slack), inside.lo));
+                REQUIRE(contains(inflate(pieces, slack), inside.hi));
             }
         }
+        REQUIRE(homes_here == own.size());
+        REQUIRE(guests_here == guests.size());
         if (!is_empty(node.pieces_box)) {
             REQUIRE(contains(cells[index], node.pieces_box.lo));
             REQUIRE(contains(cells[index], node.pieces_box.hi));
         }
     }
-    std::size_t total = 0;
-    for (const auto& triangles : scene.triangles) {
-        total += triangles.size();
-    }
-    REQUIRE(homes.size() == total);
+    REQUIRE(homes.size() == primitives.size());
 }
 
 /// Each primitive's box held by that of its block, and by those around whole pieces of the nodes

@@ -179,9 +179,13 @@ TEST_CASE("the flat scene of the paper: 341 boxes", "[kdtree]") {
 TEST_CASE("a scene that fills space: 585 boxes", "[kdtree]") {
     // 1 + 8 + 64 + 512.
     Surfaces scene;
-    for (int index = 0; index < 512; ++index) {
-        const glm::dvec3 lo(index % 8 + 0.2, index / 8 % 8 + 0.2, index / 64 + 0.2);
-        scene.add(support::block({lo, lo + 0.6}));
+    for (int z = 0; z < 8; ++z) {
+        for (int y = 0; y < 8; ++y) {
+            for (int x = 0; x < 8; ++x) {
+                const glm::dvec3 lo(x + 0.2, y + 0.2, z + 0.2);
+                scene.add(support::block({lo, lo + 0.6}));
+            }
+        }
     }
     const Hierarchy tree = built(scene, {.branching = 8, .max_primitives = 12, .max_depth = 3});
     CHECK(support::image_nodes(tree) == 585);
@@ -212,9 +216,11 @@ TEST_CASE("blocks that touch are told apart, whatever their numbers", "[kdtree]"
     // the plane between two of them go where rounding puts them.
     for (const double offset : {0.0, 1e7}) {
         Surfaces scene;
-        for (int index = 0; index < 256; ++index) {
-            const glm::dvec3 lo(index % 16 / 3.0 + offset, offset, index / 16 / 3.0 - offset);
-            scene.add(support::block({lo, lo + 1.0 / 3.0}));
+        for (int z = 0; z < 16; ++z) {
+            for (int x = 0; x < 16; ++x) {
+                const glm::dvec3 lo(x / 3.0 + offset, offset, z / 3.0 - offset);
+                scene.add(support::block({lo, lo + 1.0 / 3.0}));
+            }
         }
         const Hierarchy tree = built(scene, {.branching = 4, .max_primitives = 1, .max_depth = 4});
         CHECK(tree.quality.leaves == 256);
@@ -475,7 +481,7 @@ TEST_CASE("copies are limited where dividing only multiplies", "[kdtree]") {
     // One copy each is 10,000, fewer than the 65,536 that are free.
     CHECK(copies(1) <= 65'536);
     const std::uint64_t some = copies(8);
-    CHECK(some <= 8 * 10'000);
+    CHECK(some <= 80'000);
     CHECK(some > 10'000);
     CHECK(copies(64) > some);
 }

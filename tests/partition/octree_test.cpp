@@ -81,9 +81,13 @@ TEST_CASE("cells are halves of one cube in x, y and z", "[octree]") {
 TEST_CASE("in a cube of space an octree is the k-d tree of branching 8", "[octree]") {
     // The longest side of a cube, then of its half and its quarter, are x, y and z in turn.
     Surfaces scene;
-    for (int index = 0; index < 512; ++index) {
-        const glm::dvec3 lo(index % 8 + 0.2, index / 8 % 8 + 0.2, index / 64 + 0.2);
-        scene.add(support::block({lo, lo + 0.6}));
+    for (int z = 0; z < 8; ++z) {
+        for (int y = 0; y < 8; ++y) {
+            for (int x = 0; x < 8; ++x) {
+                const glm::dvec3 lo(x + 0.2, y + 0.2, z + 0.2);
+                scene.add(support::block({lo, lo + 0.6}));
+            }
+        }
     }
     const Hierarchy tree = built(scene, {.max_primitives = 12, .max_depth = 3});
     CHECK(support::image_nodes(tree) == 585);
@@ -97,9 +101,11 @@ TEST_CASE("in a cube of space an octree is the k-d tree of branching 8", "[octre
 TEST_CASE("a flat scene: empty octants are not there", "[octree]") {
     // On ground that no plane halves, 4 of 8 octants are empty at every level.
     Surfaces scene;
-    for (int index = 0; index < 256; ++index) {
-        const glm::dvec3 lo(index % 16 + 0.1, 0.0, index / 16 + 0.1);
-        scene.add_whole({{lo, lo + glm::dvec3(0.8, 0.1, 0.8)}, 12, false});
+    for (int z = 0; z < 16; ++z) {
+        for (int x = 0; x < 16; ++x) {
+            const glm::dvec3 lo(x + 0.1, 0.0, z + 0.1);
+            scene.add_whole({{lo, lo + glm::dvec3(0.8, 0.1, 0.8)}, 12, false});
+        }
     }
     const Hierarchy tree = built(scene, {.max_primitives = 12, .max_depth = 4});
     CHECK(support::image_nodes(tree) == 341);

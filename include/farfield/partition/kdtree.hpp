@@ -49,7 +49,8 @@ struct KdTreeOptions {
 /// that the primitive reaches into, else the front. It is a guest of every other leaf whose
 /// enlarged cell it meets, touching included; rounding never loses one. A leaf's `pieces_box` is
 /// around the parts of pieces and guests inside its cell, and `clip_leaves` is set. Cells that
-/// primitives merely touch, to within 2^-22 of the largest coordinate, hold nothing of them.
+/// primitives merely touch, to within 2^-22 of the largest coordinate (from the middle of all
+/// objects), hold nothing of them; cells of 64 times that and less are not divided.
 ///
 /// Whole items go to one leaf, that of the middle of their box, and stick out of its cell:
 /// `quality.cut_items` counts those that a plane of the tree cuts. A cell with a single item is
@@ -65,7 +66,7 @@ struct KdTreeOptions {
 /// @return the tree, or an error that names the object or the option and the value. The same tree
 /// on every run.
 /// @par Cost O((n + r) depth) time for n items and r primitives with their copies; memory beside
-/// the tree 36 bytes a primitive, 8 to 40 each for those with copies, 28 bytes an item
+/// the tree 44 bytes a primitive, 8 to 40 for each copy of one, 56 bytes an item
 /// @par Source Schaufler and Stuerzlinger 1996, section 4. Departures: a primitive is stored once
 /// and named where it is a guest; empty cells make no nodes; copies are limited.
 [[nodiscard]] Result<Hierarchy> build_kdtree(
