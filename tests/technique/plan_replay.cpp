@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -249,6 +250,38 @@ void PlanReplay::check_source(const Place& place, const Region& source) const {
     }
 }
 
+void PlanReplay::check_kept(const ReplayedImage& image) const {
+    if (!(image.copy_near > 0.0F && image.copy_near < image.copy_far)) {
+        broken("an image keeps depths of no range");
+    }
+    // Of all of its contents, but for rounding and for what is before the near plane.
+    const glm::vec3 forward(-image.pass_view.camera_to_world[2]);
+    const auto nearest = static_cast<float>(image.pass_view.lens.near_distance);
+    const Box3f box = contents_box(image.node);
+    for (unsigned index = 0; index < 8; ++index) {
+        const glm::vec3 from_eye = corner(box, index) - image.viewpoint;
+        const float depth = std::max(glm::dot(from_eye, forward), nearest);
+        const float slack = 1e-4F * glm::length(from_eye);
+        if (depth < image.copy_near - slack || depth > image.copy_far + slack) {
+            broken("an image shows what is outside the depths that it keeps");
+        }
+    }
+}
+
+void PlanReplay::check_depths(const ReplayedImage& image, const ImageQuad& quad) const {
+    const glm::vec3 forward(-image.pass_view.camera_to_world[2]);
+    const glm::vec3 from_eye = quad.origin - image.viewpoint;
+    const float slack = 1e-4F * glm::length(from_eye);
+    const float distance = glm::dot(from_eye, forward);
+    const bool parallel = std::abs(glm::dot(quad.edge_u, forward)) <= slack &&
+                          std::abs(glm::dot(quad.edge_v, forward)) <= slack;
+    if (!parallel || glm::distance(quad.viewpoint, image.viewpoint) > slack ||
+        std::abs(quad.near_ratio * distance - image.copy_near) > slack ||
+        std::abs(quad.far_ratio * distance - image.copy_far) > slack) {
+        broken("an image is shown with other depths than it kept");
+    }
+}
+
 void PlanReplay::check_mask(const HierarchyNode& node, const std::vector<std::uint32_t>& masked)
     const {
     if (!all_different(masked)) {
@@ -288,6 +321,7 @@ PlanReplay::Contents PlanReplay::read(const FramePlan& plan, const Pass& pass) {
     Contents contents;
     std::vector<std::uint32_t> masked;
     std::vector<std::uint32_t> clipped;
+    std::vector<std::uint32_t> shown_quads;
     for (std::uint32_t c = 0; c < pass.command_count; ++c) {
         const Command& command = plan.commands[pass.first_command + c];
         if (command.kind == Command::Kind::images) {
@@ -309,6 +343,10 @@ PlanReplay::Contents PlanReplay::read(const FramePlan& plan, const Pass& pass) {
                 if (command.depth != options_.quad_depth) {
                     broken("an image stands in depth as nobody asked for");
                 }
+                if (command.depth == QuadDepth::texel) {
+                    check_depths(*image, quad);
+                }
+                shown_quads.push_back(command.first + i);
                 if (image->view.lens.near_distance > quad.depth) {
                     broken("a quad is before the near plane");
                 }
@@ -329,8 +367,10 @@ PlanReplay::Contents PlanReplay::read(const FramePlan& plan, const Pass& pass) {
             continue;
         }
         if (command.kind == Command::Kind::image_depths) {
+            std::vector<std::uint32_t> quads(command.count);
+            std::iota(quads.begin(), quads.end(), command.first);
             if (options_.quad_depth == QuadDepth::none || command.depth != options_.quad_depth ||
-                command.count != contents.images.size()) {
+                quads != shown_quads) {
                 broken("depths of images where none belong, or not of all");
             }
             continue;
@@ -479,6 +519,8 @@ void PlanReplay::make_image(const FramePlan& plan, const Pass& pass, Contents co
     image->frame = plans_;
     image->view = plan.passes.back().view;
     image->pass_view = pass.view;
+    image->copy_near = pass.copy_near;
+    image->copy_far = pass.copy_far;
     image->surface_version = hierarchy_->surface_version;
     image->appearance = appearance_;
     image->viewpoint = glm::vec3(pass.view.eye - hierarchy_->origin);
@@ -502,6 +544,12 @@ void PlanReplay::make_image(const FramePlan& plan, const Pass& pass, Contents co
     if (item_primitives != node.item_primitives ||
         piece_primitives != (with_pieces ? node.piece_primitives : 0U)) {
         broken("an image does not show the whole of its node");
+    }
+    if (page->second.depth != (options_.quad_depth == QuadDepth::texel)) {
+        broken("a page keeps depth that nobody asked for, or none");
+    }
+    if (page->second.depth) {
+        check_kept(*image);
     }
     const Place place{
         index_of(pass.copy_page), pass.copy.x, pass.copy.y, pass.copy.width, pass.copy.height};

@@ -34,6 +34,8 @@ struct ReplayedImage {
     std::vector<std::uint32_t> pieces; ///< leaves whose pieces it shows, in order
     std::vector<std::shared_ptr<const ReplayedImage>> nested;
     double baked_rad = 0.0; ///< largest error of the nested ones at the viewpoint
+    float copy_near = 0.0F; ///< as of the pass: what the depths kept of its texels stand for [m]
+    float copy_far = 0.0F;
 };
 
 /// Executes plans on paper: follows what every texel of every page holds and what the frame shows,
@@ -48,6 +50,8 @@ struct ReplayedImage {
 /// - images and geometry are drawn back to front, in the frame and in images;
 /// - what is in the frustum is shown exactly once, and nothing is shown twice;
 /// - no image is shown of what has changed since it was made;
+/// - images that keep depth keep it of all that they show, are shown with what they kept, and write
+///   the depths of exactly the images shown;
 /// - what moves is drawn once where it is in the frustum, is in no image, and passes through no
 ///   image that has no depth inside.
 ///
@@ -107,6 +111,8 @@ class PlanReplay {
     void check_current(const ReplayedImage& image) const;
     void check_movers(const Frustum& frustum, const Contents& contents) const;
     void check_source(const Place& place, const Region& source) const;
+    void check_kept(const ReplayedImage& image) const;
+    void check_depths(const ReplayedImage& image, const ImageQuad& quad) const;
     void check_mask(const HierarchyNode& node, const std::vector<std::uint32_t>& masked) const;
     void make_image(const FramePlan& plan, const Pass& pass, Contents contents);
     void check_frame(const FramePlan& plan, const Pass& pass, const Contents& contents) const;
