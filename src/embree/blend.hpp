@@ -28,8 +28,17 @@ struct TileQuad {
     std::int32_t page_size = 0;            ///< [texel]
     std::int32_t first_u = 0;              ///< of the source in the page [texel]
     std::int32_t first_v = 0;
-    float depth = 0.0F;            ///< of the whole quad, or
-    const float* depths = nullptr; ///< of its pixels, by `tile_pixel`; null: of the whole quad
+    QuadDepth stands = QuadDepth::none;
+    float depth = 0.0F; ///< of the whole quad, standing by none, or
+    /// of its pixels, by `tile_pixel`; null: of the whole quad.
+    const float* depths = nullptr;
+    /// Standing by its texels: of the page; a texel beyond each end may be read.
+    const std::uint16_t* kept = nullptr;
+    float viewpoint_depth = 0.0F; ///< of the eye that made the image [m]
+    float near_ratio = 1.0F;      ///< as of `ImageQuad`
+    float far_ratio = 1.0F;
+    float nearest = 0.0F; ///< depths that count, unless it stands by none [m]
+    float farthest = 0.0F;
     std::uint32_t order = 0;
     std::int32_t left = 0; ///< [px] of the tile
     std::int32_t right = 0;

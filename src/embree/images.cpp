@@ -1,18 +1,16 @@
 #include "embree/blend.hpp"
+#include "embree/quad_depths.hpp"
 #include "embree/tile.hpp"
 
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 
 namespace farfield::embree {
 
 namespace {
-
-constexpr std::uint32_t kHalfAlpha = 0xFF00 / 2;
 
 /// The samples of a pixel reach so far from its centre. [px]
 constexpr float kReach = 0.5F;
@@ -99,7 +97,14 @@ TileQuad quad_in_tile(const PassQuad& quad, const Region& region) noexcept {
     result.page_size = quad.page->size;
     result.first_u = quad.source.x;
     result.first_v = quad.source.y;
+    result.stands = quad.stands;
     result.depth = quad.depth;
+    result.kept = quad.page->depths.get();
+    result.viewpoint_depth = quad.viewpoint_depth;
+    result.near_ratio = quad.near_ratio;
+    result.far_ratio = quad.far_ratio;
+    result.nearest = quad.nearest;
+    result.farthest = quad.farthest;
     result.order = quad.order;
     const Region& around = quad.around;
     result.left = std::max(around.x - region.x, 0);
@@ -133,58 +138,8 @@ void find_rim(TileQuad& quad) noexcept {
     }
 }
 
-/// The depth that a page keeps of a place: that of the nearest texel, or of the one of most weight
-/// that keeps something. [0, 1]
-float kept_depth(const PassQuad& shown, const TexelPlace& place) noexcept {
-    constexpr std::uint32_t kWhole = 0x10000;
-    const std::uint16_t* lower =
-        shown.page->depths.get() + std::ptrdiff_t{place.y} * shown.page->size + place.x;
-    const std::array<std::uint16_t, 4> depths = {
-        lower[0], lower[1], lower[shown.page->size], lower[shown.page->size + 1]};
-    const std::size_t nearest =
-        (place.share_x >= kWhole / 2 ? 1U : 0U) + (place.share_y >= kWhole / 2 ? 2U : 0U);
-    std::uint16_t found = depths[nearest];
-    if (found == kNoKeptDepth) {
-        std::uint64_t most = 0;
-        for (std::size_t i = 0; i < depths.size(); ++i) {
-            const std::uint64_t weight =
-                std::uint64_t{(i & 1U) != 0 ? place.share_x : kWhole - place.share_x} *
-                ((i & 2U) != 0 ? place.share_y : kWhole - place.share_y);
-            if (depths[i] != kNoKeptDepth && weight > most) {
-                most = weight;
-                found = depths[i];
-            }
-        }
-    }
-    return static_cast<float>(found) / static_cast<float>(kNoKeptDepth);
-}
-
-/// Finds where a quad stands at each of its pixels, at their centres, unless it stands as a whole.
-void find_depths(const PassQuad& shown, TileQuad& quad, TileBuffer& tile) noexcept {
-    if (shown.stands == QuadDepth::none) {
-        return;
-    }
-    for (std::int32_t row = quad.bottom; row < quad.top; ++row) {
-        const auto y = static_cast<float>(row);
-        for (std::int32_t column = quad.left; column < quad.right; ++column) {
-            const auto x = static_cast<float>(column);
-            // Behind the eye it is not seen, wherever it stands.
-            float depth = 1.0F / ((quad.w + quad.w_y * y) + quad.w_x * x);
-            if (shown.stands == QuadDepth::texel && depth > 0.0F) {
-                const PixelCover cover = cover_of(quad, x, y);
-                const float kept = kept_depth(shown, texel_place(quad, cover.u, cover.v));
-                const float ratio = shown.near_ratio + kept * (shown.far_ratio - shown.near_ratio);
-                depth = shown.viewpoint_depth + (depth - shown.viewpoint_depth) * ratio;
-            }
-            tile.quad_depths[tile_pixel(column, row)] =
-                std::clamp(depth, shown.nearest, shown.farthest);
-        }
-    }
-    quad.depths = tile.quad_depths.data();
-}
-
-/// Writes the depths of a quad where it owns pixels and stands before what is there.
-void write_depths(
+/// Writes the depths of a quad into pixels whose samples differ, or on its rim.
+void write_samples(
     const TileQuad& quad, std::span<const glm::vec2> places, TileBuffer& tile
 ) noexcept {
     const std::size_t samples = places.size();
@@ -194,19 +149,16 @@ void write_depths(
             const auto x = static_cast<float>(column);
             const auto y = static_cast<float>(row);
             const PixelCover cover = cover_of(quad, x, y);
-            if (!cover.possible || (samples == 1 && !cover.whole)) {
-                continue;
+            const bool is_mixed = tile.mixed[pixel] != 0;
+            if (!cover.possible || (cover.whole && !is_mixed)) {
+                continue; // not seen, or done with the whole pixels
             }
             if (filtered(quad, texel_place(quad, cover.u, cover.v))[3] < kHalfAlpha) {
                 continue;
             }
             const float depth = depth_at(quad, pixel);
-            if (tile.mixed[pixel] == 0) {
+            if (!is_mixed) {
                 if (!(depth <= tile.depths[pixel])) {
-                    continue;
-                }
-                if (cover.whole) {
-                    tile.depths[pixel] = depth;
                     continue;
                 }
                 tile.mix(pixel, samples);
@@ -344,6 +296,7 @@ void blend_tile(
     TileBuffer& tile
 ) noexcept {
     const BlendQuad blend_quad = fastest_blend_quad();
+    const QuadDepthWork depth_work = fastest_depth_work();
     for (std::uint32_t i = phase.first_quad; i < phase.first_quad + phase.quad_count; ++i) {
         const PassQuad& shown = work.quads[i];
         if (!overlaps(shown.around, task.region)) {
@@ -353,9 +306,15 @@ void blend_tile(
         if (places.size() > 1) {
             find_rim(quad);
         }
-        find_depths(shown, quad, tile);
+        if (quad.stands != QuadDepth::none) {
+            depth_work.find(quad, tile);
+            quad.depths = tile.quad_depths.data();
+        }
         if (shown.writes_depth) {
-            write_depths(quad, places, tile);
+            depth_work.write(quad, tile);
+            if (places.size() > 1) {
+                write_samples(quad, places, tile);
+            }
             continue;
         }
         blend_quad(quad, tile);

@@ -57,26 +57,19 @@ layout(binding = 0) uniform sampler2D page;
 #if DEPTH == TEXEL
 layout(binding = 3) uniform usampler2D kept;
 const uint nothing = 65535u;
-// The depth of the texel nearest to this place, or of the one of most weight that keeps something.
+// The depth of the texel of most weight that keeps one.
 float kept_depth() {
-    ivec2 last = textureSize(kept, 0) - 1;
-    uint found = texelFetch(kept, clamp(ivec2(floor(at)), ivec2(0), last), 0).x;
-    if (found == nothing) {
-        vec2 corner = at - 0.5;
-        vec2 share = corner - floor(corner);
-        float best = 0.0;
-        for (int i = 0; i < 4; ++i) {
-            ivec2 offset = ivec2(i & 1, i >> 1);
-            uint candidate =
-                texelFetch(kept, clamp(ivec2(floor(corner)) + offset, ivec2(0), last), 0).x;
-            vec2 weights = mix(1.0 - share, share, vec2(offset));
-            float weight = weights.x * weights.y;
-            if (candidate != nothing && weight > best) {
-                best = weight;
-                found = candidate;
-            }
-        }
-    }
+    vec2 corner = at - 0.5;
+    vec2 share = corner - floor(corner);
+    // Of the four texels around this point, whatever a device rounds.
+    uvec4 depths = textureGather(kept, (floor(corner) + 1.0) * texel_size);
+    vec2 rest = 1.0 - share;
+    vec4 weights = vec4(rest.x, share.x, share.x, rest.x) * vec4(share.y, share.y, rest.y, rest.y);
+    weights *= vec4(notEqual(depths, uvec4(nothing)));
+    float most = max(max(weights.x, weights.y), max(weights.z, weights.w));
+    uint found = weights.x == most ? depths.x
+               : weights.y == most ? depths.y
+               : weights.z == most ? depths.z : depths.w;
     return float(found) / 65535.0;
 }
 void stand() {
@@ -180,16 +173,21 @@ uniform vec2 lens;
 uniform vec2 range;
 uniform int samples;
 layout(location = 0) out uint kept;
+// Without samples, the last number is the level. A mask has depth and shows nothing.
+float shown_depth(ivec2 texel, int part) {
+    return texelFetch(colors, texel, part).a > 0.0 ? texelFetch(depths, texel, part).x : 0.0;
+}
 void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy) + offset;
     // Depth is reversed: the greatest of the samples is the nearest, and 0 was never written.
     float nearest = 0.0;
+#if SEVERAL
     for (int i = 0; i < samples; ++i) {
-        // Without samples, the third argument is the level. A mask has depth and shows nothing.
-        if (texelFetch(colors, texel, i).a > 0.0) {
-            nearest = max(nearest, texelFetch(depths, texel, i).x);
-        }
+        nearest = max(nearest, shown_depth(texel, i));
     }
+#else
+    nearest = shown_depth(texel, 0);
+#endif
     float share = 1.0;
     if (nearest > 0.0) {
         share = (lens.y / (nearest + lens.x) - range.x) / (range.y - range.x);

@@ -1,5 +1,6 @@
 // What the backend is made of, where a picture would not show what is wrong.
 #include "embree/blend.hpp"
+#include "embree/quad_depths.hpp"
 #include "embree/samples.hpp"
 #include "embree/texture.hpp"
 #include "embree/worker_pool.hpp"
@@ -111,7 +112,7 @@ TEST_CASE("Levels of a texture are means, down to one texel") {
     CHECK(single.sample({0.7F, 0.2F}, {5.0F, 0.0F}, {0.0F, 5.0F}) == glm::vec4(1, 2, 3, 4));
 }
 
-TEST_CASE("Blending is the same with whatever instructions") {
+TEST_CASE("Blending and depths are the same with whatever instructions") {
     constexpr std::int32_t kPage = 64;
     Random random(9);
     std::vector<std::uint32_t> texels(std::size_t{kPage} * kPage + kPage + 2);
@@ -131,15 +132,24 @@ TEST_CASE("Blending is the same with whatever instructions") {
         before->depths[pixel] = random.uniform(1.0F, 9.0F);
         before->orders[pixel] = random.below(8);
     }
+    std::vector<std::uint16_t> kept(texels.size());
+    for (std::uint16_t& depth : kept) {
+        // A third keeps nothing.
+        depth = static_cast<std::uint16_t>(random.below(3) == 0 ? 0xFFFF : random.below(0x10000));
+    }
+    const QuadDepthWork portable_depths = portable_depth_work();
+    const QuadDepthWork fastest_depths = fastest_depth_work();
     int blended = 0;
-    for (int i = 0; i < 200; ++i) {
+    int written = 0;
+    for (int i = 0; i < 300; ++i) {
         TileQuad quad;
-        if (i % 3 == 0) { // every pixel at a depth of its own
-            for (float& depth : before->quad_depths) {
-                depth = random.uniform(1.0F, 9.0F);
-            }
-            quad.depths = before->quad_depths.data();
-        }
+        quad.stands = std::array{QuadDepth::none, QuadDepth::plane, QuadDepth::texel}[i % 3];
+        quad.kept = kept.data();
+        quad.viewpoint_depth = random.uniform(-9.0F, 9.0F);
+        quad.near_ratio = random.uniform(0.0F, 1.0F);
+        quad.far_ratio = random.uniform(1.0F, 3.0F);
+        quad.nearest = random.uniform(0.5F, 1.5F);
+        quad.farthest = random.uniform(4.0F, 40.0F);
         quad.u = random.uniform(-10.0F, 30.0F);
         quad.u_x = random.uniform(-1.0F, 1.0F);
         quad.u_y = random.uniform(-1.0F, 1.0F);
@@ -166,15 +176,38 @@ TEST_CASE("Blending is the same with whatever instructions") {
         quad.top = 16 + static_cast<std::int32_t>(random.below(17));
         auto portable = std::make_unique<TileBuffer>(*before);
         auto fastest = std::make_unique<TileBuffer>(*before);
+        const bool own_depths = quad.stands != QuadDepth::none;
+        if (own_depths) {
+            portable_depths.find(quad, *portable);
+            fastest_depths.find(quad, *fastest);
+            int differ = 0;
+            for (std::int32_t row = quad.bottom; row < quad.top; ++row) {
+                for (std::int32_t column = quad.left; column < quad.right; ++column) {
+                    const std::size_t pixel = tile_pixel(column, row);
+                    differ += portable->quad_depths[pixel] != fastest->quad_depths[pixel] ? 1 : 0;
+                }
+            }
+            CHECK(differ == 0);
+            quad.depths = portable->quad_depths.data();
+        }
         blend_quad_portable(quad, *portable);
         fastest_blend_quad()(quad, *fastest);
         CHECK(portable->colors == fastest->colors);
         CHECK(portable->depths == before->depths);
+        if (own_depths) {
+            portable_depths.write(quad, *portable);
+            fastest_depths.write(quad, *fastest);
+            CHECK(portable->depths == fastest->depths);
+            for (std::size_t pixel = 0; pixel < kTilePixels; ++pixel) {
+                written += portable->depths[pixel] != before->depths[pixel] ? 1 : 0;
+            }
+        }
         for (std::size_t pixel = 0; pixel < kTilePixels; ++pixel) {
             blended += portable->colors[pixel] != before->colors[pixel] ? 1 : 0;
         }
     }
     CHECK(blended > 3000);
+    CHECK(written > 1000);
 }
 
 TEST_CASE("Blending keeps what is clear and takes what is opaque") {

@@ -51,8 +51,7 @@ struct ImageQuad {
     /// With `QuadDepth::texel`: the eye that made the image, relative to `FramePlan::origin`. A
     /// pixel whose texel keeps the depth t in [0, 1] stands at `viewpoint + (q - viewpoint) *
     /// mix(near_ratio, far_ratio, t)`, where q is the place of the pixel on the quad. Its texel is,
-    /// of the four that are filtered, the nearest; where that keeps nothing (1), the one of most
-    /// weight that keeps something.
+    /// of the four that are filtered, the one of most weight that keeps something (less than 1).
     glm::vec3 viewpoint{0.0F};
     /// `Pass::copy_near` and `copy_far` of the pass that made the image, over the distance of the
     /// quad's plane from the viewpoint along that pass's view direction, which is normal to it:
