@@ -115,7 +115,9 @@ void keep_row(
         const std::size_t pixel = first + i;
         float nearest = kNothing;
         if (tile.mixed[pixel] == 0) {
-            nearest = tile.colors[pixel][3] >= kLeast ? tile.depths[pixel] : kNothing;
+            if (tile.colors[pixel][3] >= kLeast) {
+                nearest = tile.depths[pixel];
+            }
         } else {
             for (std::size_t sample = pixel * samples; sample < (pixel + 1) * samples; ++sample) {
                 if (tile.sample_colors[sample][3] >= kLeast) {

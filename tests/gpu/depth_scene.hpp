@@ -206,7 +206,9 @@ inline void check_depth_positions(Backend& backend, const CrossedBoards& boards)
         int blue = 0;
         for (int y = 0; y < kSize; ++y) {
             for (int x = 0; x < kSize; ++x) {
-                const ItemId item = positions->texels[static_cast<std::size_t>(y * kSize + x)].item;
+                const auto pixel =
+                    static_cast<std::size_t>(y) * kSize + static_cast<std::size_t>(x);
+                const ItemId item = positions->texels[pixel].item;
                 const Color color = color_at(*colors, x, y);
                 const ItemId expected = color == kRed    ? boards.red.item
                                         : color == kBlue ? boards.blue.item

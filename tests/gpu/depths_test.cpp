@@ -140,8 +140,10 @@ TEST_CASE("Kept depths are off by half a step at most") {
     Random random(5);
     for (int i = 0; i < kGrid * kGrid; ++i) {
         const double depth = random.uniform(1.0, 99.0);
-        const double x = ((i % kGrid) + 0.5) * 2.0 / kGrid - 1.0;
-        const double y = ((i / kGrid) + 0.5) * 2.0 / kGrid - 1.0;
+        const int column = i % kGrid;
+        const int row = i / kGrid;
+        const double x = (column + 0.5) * 2.0 / kGrid - 1.0;
+        const double y = (row + 0.5) * 2.0 / kGrid - 1.0;
         const double off = depth_tolerance(kSlab, depth);
         const auto add = [&](const glm::vec4& color, double at) {
             return add_quad(scene, color, {x * at, y * at, 8.0 - at}, 0.6 * at / kGrid);
@@ -215,19 +217,21 @@ TEST_CASE("From another eye texels stand where they were seen") {
                 const glm::dvec3 shown = made.eye + (place - made.eye) * ratio;
                 const double red_depth = texels == 4 ? glm::dot(shown - eye, forward) : kInfinite;
                 const double blue_depth = boards.blue.depth(eye, direction);
-                // Half a step as this eye sees it: the ray of the texel is no steeper than twice
-                // its own depth. Texels are cut at their rims, a 256th of one wide.
+                // Half a step as this eye sees it: a point moves along its ray, which is at most
+                // sqrt(3) times as long as the image's eye counts. Which texel is the nearest is
+                // rounded to a 256th of one.
                 const double tolerance = 2.0 * depth_tolerance(slab, 16.0);
                 const glm::dvec2 rim = glm::abs(glm::abs(texel - glm::round(texel)) - 0.5);
                 const bool certain = (texels == 0 || texels == 4) &&
                                      std::min(rim.x, rim.y) > 1.0 / 128.0 &&
                                      !(std::abs(red_depth - blue_depth) <= tolerance);
-                // Rims of the blue board are left out as well: where it is not hit, but its plane.
-                const bool blue_rim =
-                    (boards.blue.depth(eye, pixel_direction(what.view, x + 0.5, y + 0.5)) <
-                     kInfinite) != (blue_depth < kInfinite) ||
-                    (boards.blue.depth(eye, pixel_direction(what.view, x - 0.5, y - 0.5)) <
-                     kInfinite) != (blue_depth < kInfinite);
+                // Rims of the blue board are left out as well.
+                const auto hits_blue = [&](double right, double down) {
+                    const glm::dvec3 other = pixel_direction(what.view, right, down);
+                    return boards.blue.depth(eye, other) < kInfinite;
+                };
+                const bool blue_rim = hits_blue(x + 0.5, y + 0.5) != hits_blue(x, y) ||
+                                      hits_blue(x - 0.5, y - 0.5) != hits_blue(x, y);
                 if (!certain || blue_rim) {
                     continue;
                 }
