@@ -21,6 +21,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -416,14 +417,9 @@ Result<void> run_crosscheck(const Options& options) {
     return {};
 }
 
-} // namespace
-
-int main(int argc, char** argv) {
+Result<void> run_program(CLI::App& app, const std::function<void()>& parse) {
     Options options;
     options.world.whole_path = 8;
-    CLI::App app(
-        "Compares plain geometry as OpenGL draws it with what Embree casts.", "crosscheck"
-    );
     run::add_scene_options(app, options.world);
     run::add_partition_options(app, options.world);
     app.add_option("--frames", options.world.whole_path, "so many, spread over the scene's walk")
@@ -432,5 +428,18 @@ int main(int argc, char** argv) {
         ->check(CLI::Range(0.0, 1.0));
     app.add_option("--json", options.json, "file for all figures");
     app.add_option("--out", options.out, "folder for the pictures, and one of where items differ");
-    return run::run_program(app, argc, argv, [&] { return run_crosscheck(options); });
+    parse();
+    return run_crosscheck(options);
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    return run::run_program(
+        "crosscheck",
+        "Compares plain geometry as OpenGL draws it with what Embree casts.",
+        argc,
+        argv,
+        run_program
+    );
 }

@@ -16,6 +16,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -394,12 +395,8 @@ Result<void> run_all(const Options& options) {
     return {};
 }
 
-} // namespace
-
-int main(int argc, char** argv) {
-    run::keep_freed_memory();
+Result<void> run_program(CLI::App& app, const std::function<void()>& parse) {
     Options options;
-    CLI::App app("Measures many techniques side by side and writes a report.", "evaluate");
     app.add_option(
         "plan", options.plan, "JSON file of what to measure; a built-in one if not given"
     );
@@ -412,5 +409,19 @@ int main(int argc, char** argv) {
         "pictures of the whole frame, not only of where it is worst"
     );
     app.add_flag("--print", options.print, "print the built-in evaluation, to begin with, and end");
-    return run::run_program(app, argc, argv, [&] { return run_all(options); });
+    parse();
+    return run_all(options);
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    run::keep_freed_memory();
+    return run::run_program(
+        "evaluate",
+        "Measures many techniques side by side and writes a report.",
+        argc,
+        argv,
+        run_program
+    );
 }

@@ -27,6 +27,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -690,19 +691,11 @@ Result<void> run_experiments(const Options& options) {
     return {};
 }
 
-} // namespace
-
-int main(int argc, char** argv) {
-    run::keep_freed_memory();
+Result<void> run_program(CLI::App& app, const std::function<void()>& parse) {
     Options options;
     options.run.preset = "schaufler1996";
     options.run.cache.error_px = 1.0;
     options.run.budget_mib = 256;
-    CLI::App app(
-        "Repeats the experiments of the three-dimensional image cache (Schaufler and "
-        "Stuerzlinger 1996): its events, memory, drawing times and errors.",
-        "schaufler"
-    );
     std::vector<std::string> names;
     names.reserve(kExperiments.size());
     for (const Experiment& experiment : kExperiments) {
@@ -719,5 +712,20 @@ int main(int argc, char** argv) {
         ->check(CLI::Range(0, 1 << 20));
     app.add_flag("--no-measure", options.no_measure, "draw each plan only once; no disparity");
     app.add_option("--out", options.out, "folder for tables, plots and pictures");
-    return run::run_program(app, argc, argv, [&] { return run_experiments(options); });
+    parse();
+    return run_experiments(options);
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    run::keep_freed_memory();
+    return run::run_program(
+        "schaufler",
+        "Repeats the experiments of the three-dimensional image cache (Schaufler and "
+        "Stuerzlinger 1996): its events, memory, drawing times and errors.",
+        argc,
+        argv,
+        run_program
+    );
 }

@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -352,14 +353,8 @@ Result<void> run_walk(const Options& options) {
     return {};
 }
 
-} // namespace
-
-int main(int argc, char** argv) {
-    run::keep_freed_memory();
+Result<void> run_program(CLI::App& app, const std::function<void()>& parse) {
     Options options;
-    CLI::App app(
-        "Walks through a scene with one technique and reports speed against error.", "walkthrough"
-    );
     run::add_scene_options(app, options.world);
     app.add_option("--technique", options.run.technique)
         ->check(CLI::IsMember({"geometry", "mesh-lod", "image-cache"}));
@@ -413,5 +408,19 @@ int main(int argc, char** argv) {
     app.add_flag(
         "--overlay-zones", options.overlay_zones, "where images were made and are valid, on its map"
     );
-    return run::run_program(app, argc, argv, [&] { return run_walk(options); });
+    parse();
+    return run_walk(options);
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    run::keep_freed_memory();
+    return run::run_program(
+        "walkthrough",
+        "Walks through a scene with one technique and reports speed against error.",
+        argc,
+        argv,
+        run_program
+    );
 }

@@ -150,17 +150,17 @@ void keep_freed_memory() {
 }
 
 int run_program(
-    CLI::App& app, int argc, char** argv, const std::function<Result<void>()>& work
+    const char* name, const char* description, int argc, char** argv, Program program
 ) noexcept {
-    const char* const name = app.get_name().c_str();
     // The library throws nothing, but its memory and the command line may.
     try {
+        CLI::App app(description, name);
+        Result<void> done;
         try {
-            app.parse(argc, argv);
+            done = program(app, [&] { app.parse(argc, argv); });
         } catch (const CLI::ParseError& error) {
             return app.exit(error) == 0 ? 0 : 2;
         }
-        const Result<void> done = work();
         if (done) {
             return 0;
         }

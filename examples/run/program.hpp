@@ -38,10 +38,13 @@ void print_progress(const std::string& name, int frame, int frames);
 /// again; that would be timed.
 void keep_freed_memory();
 
-/// Parses the command line and does the work. Errors go to standard error under the app's name.
+/// What a program does: adds its options, has the command line parsed, and does the work.
+using Program = Result<void> (*)(CLI::App& app, const std::function<void()>& parse);
+
+/// Runs it. Errors go to standard error under the program's name.
 /// @return status of the program: 0, 1 where the work failed, 2 for a wrong command line
 [[nodiscard]] int run_program(
-    CLI::App& app, int argc, char** argv, const std::function<Result<void>()>& work
+    const char* name, const char* description, int argc, char** argv, Program program
 ) noexcept;
 
 } // namespace farfield::run
