@@ -101,8 +101,8 @@ View view_of(int frame, SurfacePlacement surfaces) {
 
 /// A box that flies through the trees, and another tree that grows.
 struct Story {
-    ItemId box;
-    ItemId tree;
+    ItemId box = kNone<ItemId>;
+    ItemId tree = kNone<ItemId>;
     Instance box_at_first;
     Instance tree_at_first;
 

@@ -3,6 +3,7 @@
 #include "technique/scenes.hpp"
 #include <farfield/metric/pixel_angle.hpp>
 #include <farfield/partition/bsp.hpp>
+#include <farfield/partition/changes.hpp>
 #include <farfield/technique/image_cache.hpp>
 
 #include <catch2/catch.hpp>
@@ -891,4 +892,34 @@ TEST_CASE("texels are never shown larger than the limit, nor images made beyond 
     CHECK(impossible > 10);
     CHECK(combined == 0);
     CHECK(last_event == static_cast<int>(ImageEvent::impossible));
+}
+
+TEST_CASE("after a change of contents or light images are back in the same frame") {
+    Forest forest = support::make_forest({.trees = 60, .ground_cells = 6});
+    const auto surfaces = GENERATE(SurfacePlacement::first, SurfacePlacement::in_images);
+    const ImageCacheOptions options{.surfaces = surfaces};
+    ImageCache cache = make_cache(forest.hierarchy, options);
+    PlanReplay replay = make_replay(forest.hierarchy, cache, options);
+    const Step step = still(support::view_at(kSide, kMiddle));
+    const std::vector<Step> settled(3, step);
+    const Totals first = walk(cache, replay, settled);
+    const std::uint64_t shown = first.shown / 3;
+    REQUIRE(shown > 0);
+    CHECK(walk(cache, replay, {&step, 1}).created == 0);
+
+    // One tree: its image and those that show it, no others.
+    partition::mark_changed(forest.hierarchy, ItemId{0});
+    const Totals item = walk(cache, replay, {&step, 1});
+    CHECK(item.created > 0);
+    CHECK(item.created < first.created / 2);
+    CHECK(item.shown == shown);
+    CHECK(walk(cache, replay, {&step, 1}).created == 0);
+
+    // The light: all of them.
+    cache.set_appearance(1);
+    replay.execute(cache.plan(step.view, step.motion), 1);
+    CHECK(cache.statistics().images_reused == 0);
+    CHECK(cache.statistics().images_shown == shown);
+    replay.execute(cache.plan(step.view, step.motion), 1);
+    CHECK(cache.statistics().images_created == 0);
 }
