@@ -399,12 +399,13 @@ Result<void> run_program(CLI::App& app, const std::function<void()>& parse) {
     app.add_option("--frames-csv", options.frames_csv, "file for the figures of every frame");
     app.add_option("--out", options.out, "folder for pictures");
     app.add_flag("--overlay", options.overlay, "also what each node did, in colours (with --png)");
-    const std::map<std::string, OverlayShow> shows = {
+    static const run::Names<OverlayShow> shows = {
         {"statuses", OverlayShow::statuses},
         {"events", OverlayShow::events},
         {"errors", OverlayShow::errors}};
-    app.add_option("--overlay-show", options.overlay_show, "what its colours tell of nodes")
-        ->transform(CLI::CheckedTransformer(shows));
+    run::add_names(
+        app, "--overlay-show", options.overlay_show, shows, "what its colours tell of nodes"
+    );
     app.add_flag(
         "--overlay-zones", options.overlay_zones, "where images were made and are valid, on its map"
     );

@@ -86,16 +86,19 @@ void add_partition_options(CLI::App& app, WorldOptions& options) {
 }
 
 void add_axis_options(CLI::App& app, RunOptions& options) {
-    app.add_option("--validity", options.validity, "when images may still be shown")
-        ->transform(CLI::CheckedTransformer(validity_names()));
-    app.add_option("--orientation", options.orientation, "of the planes of images")
-        ->transform(CLI::CheckedTransformer(orientation_names()));
-    app.add_option("--policy", options.policy, "which images are made")
-        ->transform(CLI::CheckedTransformer(policy_names()));
-    app.add_option("--surfaces", options.cache.surfaces, "where split surfaces are drawn")
-        ->transform(CLI::CheckedTransformer(surface_names()));
-    app.add_option("--quad-depth", options.cache.quad_depth, "how images stand in depth")
-        ->transform(CLI::CheckedTransformer(depth_names()));
+    add_names(
+        app, "--validity", options.validity, validity_names(), "when images may still be shown"
+    );
+    add_names(
+        app, "--orientation", options.orientation, orientation_names(), "of the planes of images"
+    );
+    add_names(app, "--policy", options.policy, policy_names(), "which images are made");
+    add_names(
+        app, "--surfaces", options.cache.surfaces, surface_names(), "where split surfaces are drawn"
+    );
+    add_names(
+        app, "--quad-depth", options.cache.quad_depth, depth_names(), "how images stand in depth"
+    );
     app.add_flag(
         "--all-around", options.cache.all_around, "keeps images of what is behind the viewer"
     );

@@ -8,6 +8,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 /// What the programs do alike around their work.
 namespace farfield::run {
@@ -23,6 +24,23 @@ void add_partition_options(CLI::App& app, WorldOptions& options);
 /// Adds the options that say how an image cache decides: --validity, --orientation and --policy in
 /// place of the preset's, --surfaces, --quad-depth, --all-around.
 void add_axis_options(CLI::App& app, RunOptions& options);
+
+/// Adds an option that takes one of the named values. CLI11 itself would print the values beside
+/// the names: bytes that no terminal should get.
+/// @param names outlives the app
+template <typename Stored, typename Value>
+void add_names(
+    CLI::App& app, const char* flag, Stored& stored, const Names<Value>& names, const char* help
+) {
+    std::vector<std::string> known;
+    for (const auto& [name, value] : names) {
+        known.push_back(name);
+    }
+    app.add_option_function<std::string>(
+           flag, [&stored, &names](const std::string& name) { stored = names.at(name); }, help
+    )
+        ->check(CLI::IsMember(known));
+}
 
 /// Makes a folder, and those above it. An empty name makes none.
 [[nodiscard]] Result<void> make_folder(const std::string& folder);
