@@ -1,7 +1,7 @@
 #include "technique/geometry_pass.hpp"
 #include "technique/plan_writer.hpp"
 #include <farfield/math/frustum.hpp>
-#include <farfield/metric/pixel_angle.hpp>
+#include <farfield/metric/pixel_conversion.hpp>
 #include <farfield/partition/changes.hpp>
 #include <farfield/technique/mesh_lod.hpp>
 
@@ -93,14 +93,8 @@ Result<void> check_options(const MeshLodOptions& options) {
 
 /// Largest error for each metre of distance.
 double sine_of_threshold(const MeshLodOptions& options, const View& view) noexcept {
-    if (options.conversion == PixelConversion::mean) {
-        const double fov_y = std::atan(view.lens.top) - std::atan(view.lens.bottom);
-        const double angle = options.error_px * metric::mean_pixel_angle(fov_y, view.height);
-        return std::sin(std::min(angle, std::numbers::pi / 2.0));
-    }
-    return std::sin(metric::angle_of_pixels_unchecked(
-        metric::pixel_scale(view.lens, view.width, view.height).scale, options.error_px
-    ));
+    const double angle = metric::angle_of_pixels(view, options.error_px, options.conversion);
+    return std::sin(std::min(angle, std::numbers::pi / 2.0));
 }
 
 } // namespace

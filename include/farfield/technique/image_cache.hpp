@@ -37,8 +37,8 @@ enum class ImageEvent : std::uint8_t {
 /// An image that a cache holds of a node.
 struct ImageFacts {
     glm::vec3 viewpoint{0.0F}; ///< eye that made it, relative to the hierarchy's origin
-    Box3f box;                 ///< what it shows
-    Box3f zone;                ///< eyes it is valid for; empty but with `ImageValidity::zone`
+    Box3f box{};               ///< what it shows
+    Box3f zone{};              ///< eyes it is valid for; empty but with `ImageValidity::zone`
     float error_px = 0.0F;     ///< its error when it was last looked at, as the cache measures it
     std::uint64_t made_frame = 0;
 };
