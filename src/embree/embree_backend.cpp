@@ -144,6 +144,18 @@ Result<void> EmbreeBackend::Impl::check_pages(const FramePlan& plan, const Targe
         }
         for (std::uint32_t c = 0; c < pass.command_count; ++c) {
             const std::uint32_t command = pass.first_command + c;
+            if (!draws_geometry(plan.commands[command]) && !draws_images(plan.commands[command])) {
+                return fail(
+                    ErrorCode::unsupported,
+                    "plan: " + command_name(i, command) + " draws splats or cubes"
+                );
+            }
+            if (plan.commands[command].selection_count > 0) {
+                return fail(
+                    ErrorCode::unsupported,
+                    "plan: " + command_name(i, command) + " draws selections"
+                );
+            }
             Result<void> valid = draws_images(plan.commands[command])
                                      ? check_images(plan, i, command)
                                      : check_geometry(plan, i, command);

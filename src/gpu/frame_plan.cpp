@@ -1,5 +1,6 @@
 #include <farfield/gpu/frame_plan.hpp>
 
+#include <array>
 #include <bit>
 
 namespace farfield {
@@ -32,6 +33,9 @@ class Digest {
         add(v.x);
         add(v.y);
         add(v.z);
+    }
+    void add(const glm::vec<4, std::uint8_t>& color) noexcept {
+        add(std::bit_cast<std::uint32_t>(std::array{color.r, color.g, color.b, color.a}));
     }
     void add(const Region& region) noexcept {
         add(region.x);
@@ -69,7 +73,55 @@ void clear(FramePlan& plan) noexcept {
     plan.pieces.clear();
     plan.quads.clear();
     plan.clips.clear();
+    plan.splats.clear();
+    plan.cubes.clear();
+    plan.cube_frames.clear();
+    plan.selections.clear();
+    plan.selected.clear();
 }
+
+namespace {
+
+/// Splats, cubes and single primitives.
+void add_cells(const FramePlan& plan, Digest& digest) noexcept {
+    for (const Command& command : plan.commands) {
+        digest.add(command.first_selection);
+        digest.add(command.selection_count);
+    }
+    digest.add(std::uint64_t{plan.splats.size()});
+    for (const Splat& splat : plan.splats) {
+        digest.add(splat.center);
+        digest.add(splat.side);
+        digest.add(splat.color);
+    }
+    digest.add(std::uint64_t{plan.cubes.size()});
+    for (const ShownCube& cube : plan.cubes) {
+        digest.add(cube.center);
+        digest.add(cube.edge);
+        digest.add(cube.frame);
+        for (const glm::vec<4, std::uint8_t>& face : cube.faces) {
+            digest.add(face);
+        }
+    }
+    digest.add(std::uint64_t{plan.cube_frames.size()});
+    for (const glm::mat3& frame : plan.cube_frames) {
+        for (int column = 0; column < 3; ++column) {
+            digest.add(frame[column]);
+        }
+    }
+    digest.add(std::uint64_t{plan.selections.size()});
+    for (const Selection& selection : plan.selections) {
+        digest.add(selection.item);
+        digest.add(selection.first);
+        digest.add(selection.count);
+    }
+    digest.add(std::uint64_t{plan.selected.size()});
+    for (const std::uint32_t primitive : plan.selected) {
+        digest.add(primitive);
+    }
+}
+
+} // namespace
 
 std::uint64_t digest(const FramePlan& plan) noexcept {
     Digest digest;
@@ -136,6 +188,11 @@ std::uint64_t digest(const FramePlan& plan) noexcept {
     for (const Box3f& box : plan.clips) {
         digest.add(box.lo);
         digest.add(box.hi);
+    }
+    // What has none of these keeps the digest that it had before there were any.
+    const bool cells = !plan.splats.empty() || !plan.cubes.empty() || !plan.selections.empty();
+    if (cells) {
+        add_cells(plan, digest);
     }
     return digest.value();
 }

@@ -1,6 +1,7 @@
 #include <farfield/gpu/plan_rules.hpp>
 #include <farfield/math/view.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <string>
@@ -51,6 +52,23 @@ tl::unexpected<Error> out_of_range(
     );
 }
 
+/// Of what a command draws, or null for a kind that there is not.
+const char* kind_name(Command::Kind kind) noexcept {
+    switch (kind) {
+    case Command::Kind::geometry:
+    case Command::Kind::mask:
+        return "geometry";
+    case Command::Kind::images:
+    case Command::Kind::image_depths:
+        return "images";
+    case Command::Kind::splats:
+        return "splats";
+    case Command::Kind::cubes:
+        return "cubes";
+    }
+    return nullptr;
+}
+
 Result<void> check_command(const FramePlan& plan, std::size_t pass, std::uint32_t index) {
     const Command& command = plan.commands[index];
     const auto refused = [&](const std::string& what) {
@@ -58,6 +76,37 @@ Result<void> check_command(const FramePlan& plan, std::size_t pass, std::uint32_
     };
     const auto depth_name = [&] {
         return "depth " + std::to_string(static_cast<unsigned>(command.depth));
+    };
+    const char* const name = kind_name(command.kind);
+    if (name == nullptr) {
+        return refused("unknown kind " + std::to_string(static_cast<unsigned>(command.kind)));
+    }
+    if (!draws_geometry(command)) {
+        if (command.piece_count != 0) {
+            return refused(
+                std::string(name) + " with " + std::to_string(command.piece_count) + " pieces"
+            );
+        }
+        if (command.selection_count != 0) {
+            return refused(
+                std::string(name) + " with " + std::to_string(command.selection_count) +
+                " selections"
+            );
+        }
+        if (command.clip != Command::kNoClip) {
+            return refused(std::string(name) + " with clip box " + std::to_string(command.clip));
+        }
+    }
+    if (!draws_images(command) && command.depth != QuadDepth::none) {
+        return refused(std::string(name) + " with " + depth_name() + " of images");
+    }
+    const auto within =
+        [&](const char* what, std::uint32_t first, std::uint32_t count, std::size_t size
+        ) -> Result<void> {
+        if (!in_range(first, count, size)) {
+            return out_of_range(pass, index, what, first, count, size);
+        }
+        return {};
     };
     switch (command.kind) {
     case Command::Kind::images:
@@ -68,39 +117,116 @@ Result<void> check_command(const FramePlan& plan, std::size_t pass, std::uint32_
         if (command.kind == Command::Kind::image_depths && command.depth == QuadDepth::none) {
             return refused("depths of images with none");
         }
-        if (!in_range(command.first, command.count, plan.quads.size())) {
-            return out_of_range(
-                pass, index, "quads", command.first, command.count, plan.quads.size()
-            );
-        }
-        if (command.piece_count != 0) {
-            return refused("images with " + std::to_string(command.piece_count) + " pieces");
-        }
-        if (command.clip != Command::kNoClip) {
-            return refused("images with clip box " + std::to_string(command.clip));
-        }
-        return {};
+        return within("quads", command.first, command.count, plan.quads.size());
+    case Command::Kind::splats:
+        return within("splats", command.first, command.count, plan.splats.size());
+    case Command::Kind::cubes:
+        return within("cubes", command.first, command.count, plan.cubes.size());
     case Command::Kind::geometry:
     case Command::Kind::mask:
-        if (command.depth != QuadDepth::none) {
-            return refused("geometry with " + depth_name() + " of images");
-        }
-        if (!in_range(command.first, command.count, plan.items.size())) {
-            return out_of_range(
-                pass, index, "items", command.first, command.count, plan.items.size()
-            );
-        }
-        if (!in_range(command.first_piece, command.piece_count, plan.pieces.size())) {
-            return out_of_range(
-                pass, index, "pieces", command.first_piece, command.piece_count, plan.pieces.size()
-            );
-        }
-        if (command.clip != Command::kNoClip && command.clip >= plan.clips.size()) {
-            return out_of_range(pass, index, "clip box", command.clip, 1, plan.clips.size());
-        }
-        return {};
+        break;
     }
-    return refused("unknown kind " + std::to_string(static_cast<unsigned>(command.kind)));
+    Result<void> valid = within("items", command.first, command.count, plan.items.size());
+    if (valid) {
+        valid = within("pieces", command.first_piece, command.piece_count, plan.pieces.size());
+    }
+    if (valid) {
+        valid = within(
+            "selections", command.first_selection, command.selection_count, plan.selections.size()
+        );
+    }
+    if (valid && command.clip != Command::kNoClip) {
+        valid = within("clip box", command.clip, 1, plan.clips.size());
+    }
+    return valid;
+}
+
+bool is_finite(const glm::vec3& v) noexcept {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+/// Finite and not negative.
+bool is_size(float size) noexcept {
+    return size >= 0.0F && std::isfinite(size);
+}
+
+bool is_premultiplied(const glm::vec<4, std::uint8_t>& color) noexcept {
+    return color.r <= color.a && color.g <= color.a && color.b <= color.a;
+}
+
+std::string text(const glm::vec<4, std::uint8_t>& color) {
+    return std::to_string(color.r) + ", " + std::to_string(color.g) + ", " +
+           std::to_string(color.b) + ", " + std::to_string(color.a);
+}
+
+Result<void> check_splats(const FramePlan& plan) {
+    for (std::size_t i = 0; i < plan.splats.size(); ++i) {
+        const Splat& splat = plan.splats[i];
+        if (is_finite(splat.center) && is_size(splat.side) && is_premultiplied(splat.color)) {
+            continue;
+        }
+        const std::string name = "splat " + std::to_string(i);
+        if (!is_finite(splat.center)) {
+            return invalid(name + " has a centre that is not finite");
+        }
+        if (!is_size(splat.side)) {
+            return invalid(name + " has sides of " + std::to_string(splat.side) + " m");
+        }
+        return invalid(name + " has the colour " + text(splat.color) + ", not premultiplied");
+    }
+    return {};
+}
+
+Result<void> check_cubes(const FramePlan& plan) {
+    for (std::size_t i = 0; i < plan.cube_frames.size(); ++i) {
+        const glm::mat3& frame = plan.cube_frames[i];
+        if (!is_finite(frame[0]) || !is_finite(frame[1]) || !is_finite(frame[2])) {
+            return invalid("cube frame " + std::to_string(i) + " is not finite");
+        }
+    }
+    for (std::size_t i = 0; i < plan.cubes.size(); ++i) {
+        const ShownCube& cube = plan.cubes[i];
+        const bool valid = is_finite(cube.center) && is_size(cube.edge) &&
+                           cube.frame < plan.cube_frames.size() &&
+                           std::all_of(cube.faces.begin(), cube.faces.end(), is_premultiplied);
+        if (valid) {
+            continue;
+        }
+        const std::string name = "cube " + std::to_string(i);
+        if (!is_finite(cube.center)) {
+            return invalid(name + " has a centre that is not finite");
+        }
+        if (!is_size(cube.edge)) {
+            return invalid(name + " has edges of " + std::to_string(cube.edge) + " m");
+        }
+        if (cube.frame >= plan.cube_frames.size()) {
+            return invalid(
+                name + " has frame " + std::to_string(cube.frame) + " of " +
+                std::to_string(plan.cube_frames.size())
+            );
+        }
+        for (const glm::vec<4, std::uint8_t>& face : cube.faces) {
+            if (!is_premultiplied(face)) {
+                return invalid(name + " has the colour " + text(face) + ", not premultiplied");
+            }
+        }
+    }
+    return {};
+}
+
+Result<void> check_selections(const FramePlan& plan) {
+    for (std::size_t i = 0; i < plan.selections.size(); ++i) {
+        const Selection& selection = plan.selections[i];
+        if (!in_range(selection.first, selection.count, plan.selected.size())) {
+            return invalid(
+                "selection " + std::to_string(i) + ": primitives " +
+                std::to_string(selection.first) + " to " +
+                std::to_string(std::uint64_t{selection.first} + selection.count) + " of " +
+                std::to_string(plan.selected.size()) + " selected"
+            );
+        }
+    }
+    return {};
 }
 
 Result<void> check_pass(const FramePlan& plan, std::size_t index) {
@@ -191,7 +317,13 @@ Result<void> check_structure(const FramePlan& plan) {
             return valid;
         }
     }
-    return {};
+    if (Result<void> valid = check_selections(plan); !valid) {
+        return valid;
+    }
+    if (Result<void> valid = check_splats(plan); !valid) {
+        return valid;
+    }
+    return check_cubes(plan);
 }
 
 Result<void> check_places(

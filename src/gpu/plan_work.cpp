@@ -18,12 +18,22 @@ PlanWork work_of(const FramePlan& plan, std::span<const std::uint64_t> item_prim
                 work.image_quads += shown ? command.count : 0U;
                 continue;
             }
-            work.draws += command.count + command.piece_count;
+            if (!draws_geometry(command)) {
+                const bool splats = command.kind == Command::Kind::splats;
+                ++work.draws;
+                (splats ? work.splats : work.cubes) += command.count;
+                continue;
+            }
+            work.draws += std::uint64_t{command.count} + command.piece_count;
+            work.draws += command.selection_count;
             for (std::uint32_t i = 0; i < command.count; ++i) {
                 work.triangles += item_primitives[index_of(plan.items[command.first + i])];
             }
             for (std::uint32_t i = 0; i < command.piece_count; ++i) {
                 work.triangles += plan.pieces[command.first_piece + i].count;
+            }
+            for (std::uint32_t i = 0; i < command.selection_count; ++i) {
+                work.triangles += plan.selections[command.first_selection + i].count;
             }
         }
     }

@@ -357,6 +357,18 @@ Result<void> OpenGLBackend::Impl::check_pages(const FramePlan& plan, const Targe
             !valid) {
             return valid;
         }
+        for (std::uint32_t c = 0; c < pass.command_count; ++c) {
+            const Command& command = plan.commands[pass.first_command + c];
+            const bool known = draws_geometry(command) || draws_images(command);
+            if (!known || command.selection_count > 0) {
+                return fail(
+                    ErrorCode::unsupported,
+                    "plan: pass " + std::to_string(i) + ", command " +
+                        std::to_string(pass.first_command + c) +
+                        " draws splats, cubes or selections"
+                );
+            }
+        }
     }
     return {};
 }

@@ -6,8 +6,11 @@
 #include <farfield/math/view.hpp>
 #include <farfield/partition/hierarchy.hpp>
 
+#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -62,27 +65,72 @@ struct ImageQuad {
     std::uint32_t node = UINT32_MAX;
 };
 
+/// A square parallel to the image plane in one premultiplied colour, at the depth of its centre.
+///
+/// It covers exactly those samples of the target that lie inside of it, its left and lower edges
+/// included, the others not. In pixels its centre is where the view projects it and its sides are
+/// `side * f / z`: f is the focal length [px], that of x and that of y, z the depth of the centre
+/// along the view direction. Neither is rounded. So of many splats smaller than a pixel most cover
+/// no sample, and together they cover as many as they should: point sampling, without bias. A
+/// splat whose centre is before the near plane or beyond the far one is not drawn.
+struct Splat {
+    glm::vec3 center{0.0F};             ///< [m] relative to `FramePlan::origin`
+    float side = 0.0F;                  ///< [m] >= 0
+    glm::vec<4, std::uint8_t> color{0}; ///< premultiplied, sRGB-encoded
+};
+static_assert(sizeof(Splat) == 20);
+
+/// Up to three faces of a cube, each a square in one premultiplied colour.
+///
+/// Of the two faces normal to axis a, `faces[a]` is the one that the eye of the pass is in front
+/// of. Where the eye is between their planes, or in one of them, that axis shows nothing.
+struct ShownCube {
+    glm::vec3 center{0.0F};  ///< [m] relative to `FramePlan::origin`
+    float edge = 0.0F;       ///< [m] >= 0
+    std::uint32_t frame = 0; ///< into `FramePlan::cube_frames`
+    std::array<glm::vec<4, std::uint8_t>, 3> faces{glm::vec<4, std::uint8_t>(0)}; ///< by axis
+};
+static_assert(sizeof(ShownCube) == 32);
+
+/// Single primitives of one item.
+struct Selection {
+    ItemId item = kNone<ItemId>;
+    /// Into `FramePlan::selected`: numbers of primitives of the item's own mesh, each at most once.
+    /// Triangle i is what the indices 3i to 3i + 2 name.
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+};
+
 /// What to draw next within a pass, in order.
 struct Command {
     enum class Kind : std::uint8_t {
-        geometry, ///< items and pieces, depth tested and written
+        geometry, ///< items, pieces and selections, depth tested and written
         mask,     ///< the same into depth alone: hides what is drawn later, shows nothing
         images,   ///< quads, blended (premultiplied over), bilinear, depth tested, not written
         /// Quads into depth alone, tested as well, where their filtered alpha is at least 0.5: so
         /// that what is drawn later can stand among them. Not with `QuadDepth::none`. Images never
         /// hide each other unless some are drawn after the depths of others.
         image_depths,
+        splats, ///< `Splat`s, blended (premultiplied over), depth tested, not written
+        cubes,  ///< `ShownCube`s, likewise
     };
     static constexpr std::uint32_t kNoClip = UINT32_MAX;
 
     Kind kind = Kind::geometry;
-    std::uint32_t first = 0; ///< into `items`, or into `quads`
+    std::uint32_t first = 0; ///< into `items`, `quads`, `splats` or `cubes`
     std::uint32_t count = 0;
     std::uint32_t first_piece = 0; ///< into `pieces`; geometry and mask only
     std::uint32_t piece_count = 0;
     std::uint32_t clip = kNoClip;      ///< into `clips`: draw only what is inside that box
-    QuadDepth depth = QuadDepth::none; ///< of images and image depths; none of geometry and masks
+    QuadDepth depth = QuadDepth::none; ///< of images and image depths; none of all others
+    std::uint32_t first_selection = 0; ///< into `selections`; geometry and mask only
+    std::uint32_t selection_count = 0;
 };
+
+/// True for commands whose `first` and `count` are of items: geometry and masks.
+[[nodiscard]] constexpr bool draws_geometry(const Command& command) noexcept {
+    return command.kind == Command::Kind::geometry || command.kind == Command::Kind::mask;
+}
 
 /// True for commands whose `first` and `count` are of quads.
 [[nodiscard]] constexpr bool draws_images(const Command& command) noexcept {
@@ -132,6 +180,11 @@ struct FramePlan {
     std::vector<Piece> pieces; ///< runs of `Hierarchy::primitives`
     std::vector<ImageQuad> quads;
     std::vector<Box3f> clips; ///< relative to `origin`
+    std::vector<Splat> splats;
+    std::vector<ShownCube> cubes;
+    std::vector<glm::mat3> cube_frames; ///< rotations: columns are a cube's axes in the world
+    std::vector<Selection> selections;
+    std::vector<std::uint32_t> selected; ///< primitive numbers of `selections`
 };
 
 /// Empties a plan and keeps its storage.

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <farfield/core/ids.hpp>
+#include <farfield/gpu/frame_plan.hpp>
 #include <farfield/math/box3.hpp>
 #include <farfield/math/view.hpp>
 #include <farfield/partition/hierarchy.hpp>
 
 #include <glm/vec3.hpp>
 
+#include <cstdint>
 #include <optional>
 #include <span>
 
@@ -14,8 +16,10 @@ namespace farfield {
 
 /// What a geometry source is asked to draw.
 struct DrawList {
-    std::span<const ItemId> items; ///< whole items
-    std::span<const Piece> pieces; ///< runs of primitives of split items
+    std::span<const ItemId> items;                ///< whole items
+    std::span<const Piece> pieces;                ///< runs of primitives of split items
+    std::span<const Selection> selections = {};   ///< single primitives of items
+    std::span<const std::uint32_t> selected = {}; ///< what `selections` refer to
 };
 
 /// Where and how a geometry source draws. Target, viewport, scissor, depth and blend state are set
@@ -43,6 +47,7 @@ class GeometrySource {
         bool clip_planes = false; ///< honours `PassContext::clip`
         /// Honours `PassContext::positions`. Without it no disparity is measured, nothing else.
         bool position_output = false;
+        bool selection = false; ///< draws selections
     };
     [[nodiscard]] virtual Capabilities capabilities() const noexcept = 0;
 

@@ -14,14 +14,17 @@ namespace farfield::gpu {
 /// - batches ascend, the frame is a batch of its own, and the passes of a batch write one page;
 /// - a pass has a valid view of the size of its viewport, a scissor inside the viewport, and copies
 ///   as many texels as its scissor has, to another page;
-/// - commands lie within `commands`, what they draw within `items`, `pieces`, `quads` and `clips`;
-///   images are neither clipped nor have pieces; depths of images are those of planes or texels,
-///   and geometry and masks name none.
+/// - commands lie within `commands`, and what they draw within the lists they name; only geometry
+///   and masks are clipped and have pieces and selections; depths of images are those of planes or
+///   texels, and everything else names none;
+/// - selections lie within `selected`;
+/// - places, sides and edges of splats and cubes are finite, sides and edges not negative, their
+///   colours premultiplied (no channel exceeds alpha), and the axes of a cube a frame of the plan.
 ///
 /// A backend that checks this, and what it looks up anyway, reads nothing out of range. The rest
 /// of the rules is checked by `NullBackend`.
 /// @return an error that names the pass, the command and the value
-/// @par Cost linear in passes and commands; allocates only for an error
+/// @par Cost linear in passes, commands, selections, splats and cubes; allocates only for an error
 [[nodiscard]] Result<void> check_structure(const FramePlan& plan);
 
 /// What a backend knows of a page that exists.

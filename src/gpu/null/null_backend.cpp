@@ -14,6 +14,9 @@ namespace {
 /// Depths are floats, a technique's comes from another formula than the lens's: relative rounding.
 constexpr double kDepthRounding = 1e-4;
 
+/// Frames are floats and may be products of several rotations.
+constexpr float kFrameRounding = 1e-4F;
+
 struct NullPage : gpu::PageFacts {
     std::uint32_t cache = 0;
     PageId id = kNone<PageId>;
@@ -39,6 +42,20 @@ bool before(const Region& a, const Region& b) noexcept {
 
 bool is_finite(const glm::vec3& v) noexcept {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+/// Axes of length 1, normal to each other; a mirrored frame is none.
+bool is_rotation(const glm::mat3& frame) noexcept {
+    const glm::mat3 product = glm::transpose(frame) * frame;
+    for (int column = 0; column < 3; ++column) {
+        for (int row = 0; row < 3; ++row) {
+            const float expected = row == column ? 1.0F : 0.0F;
+            if (!(std::abs(product[column][row] - expected) <= kFrameRounding)) {
+                return false;
+            }
+        }
+    }
+    return glm::determinant(frame) > 0.0F;
 }
 
 std::string text(const Region& region) {
@@ -71,6 +88,7 @@ struct NullBackend::Impl {
     std::vector<NullPage> pages;
     std::vector<NullTarget> targets; ///< TargetId is the position plus one
     std::vector<std::uint32_t> by_row;
+    std::vector<std::uint32_t> in_order; ///< primitives of a selection
     PlanWork total;
     std::uint64_t plans = 0;
 
@@ -92,7 +110,10 @@ struct NullBackend::Impl {
     [[nodiscard]] Result<void>
     check_pass(const FramePlan& plan, std::size_t pass, const NullTarget& frame);
     [[nodiscard]] Result<void>
-    check_geometry(const FramePlan& plan, std::size_t pass, std::uint32_t command) const;
+    check_geometry(const FramePlan& plan, std::size_t pass, std::uint32_t command);
+    [[nodiscard]] Result<void> check_selection(
+        const FramePlan& plan, std::size_t pass, std::uint32_t command, std::uint32_t selection
+    );
     [[nodiscard]] Result<void>
     check_images(const FramePlan& plan, std::size_t pass, std::uint32_t command);
     [[nodiscard]] Result<void>
@@ -120,6 +141,11 @@ Result<void> NullBackend::Impl::check_numbers(const FramePlan& plan) const {
     for (std::size_t i = 0; i < plan.clips.size(); ++i) {
         if (!farfield::is_finite(plan.clips[i]) || is_empty(plan.clips[i])) {
             return invalid("clip box " + std::to_string(i) + " is empty or not finite");
+        }
+    }
+    for (std::size_t i = 0; i < plan.cube_frames.size(); ++i) {
+        if (!is_rotation(plan.cube_frames[i])) {
+            return invalid("cube frame " + std::to_string(i) + " is no rotation");
         }
     }
     return {};
@@ -171,9 +197,43 @@ bool NullBackend::Impl::piece_exists(const Piece& piece) const noexcept {
     return run.item == piece.item && std::uint64_t{piece.first} + piece.count <= run.end;
 }
 
-Result<void> NullBackend::Impl::check_geometry(
-    const FramePlan& plan, std::size_t pass, std::uint32_t index
-) const {
+Result<void> NullBackend::Impl::check_selection(
+    const FramePlan& plan, std::size_t pass, std::uint32_t command, std::uint32_t index
+) {
+    const Selection& selection = plan.selections[index];
+    const auto refused = [&](const std::string& what) {
+        return invalid(
+            "pass " + std::to_string(pass) + ", command " + std::to_string(command) +
+            ": selections[" + std::to_string(index) + "] " + what
+        );
+    };
+    const std::size_t item = index_of(selection.item);
+    if (item >= item_primitives.size()) {
+        return refused(
+            "is of item " + std::to_string(item) + " of " + std::to_string(item_primitives.size())
+        );
+    }
+    const auto first = plan.selected.begin() + static_cast<std::ptrdiff_t>(selection.first);
+    in_order.assign(first, first + static_cast<std::ptrdiff_t>(selection.count));
+    std::sort(in_order.begin(), in_order.end());
+    if (!in_order.empty() && in_order.back() >= item_primitives[item]) {
+        return refused(
+            "has primitive " + std::to_string(in_order.back()) + " of item " +
+            std::to_string(item) + ", which has " + std::to_string(item_primitives[item])
+        );
+    }
+    const auto twice = std::adjacent_find(in_order.begin(), in_order.end());
+    if (twice != in_order.end()) {
+        return refused(
+            "has primitive " + std::to_string(*twice) + " of item " + std::to_string(item) +
+            " twice"
+        );
+    }
+    return {};
+}
+
+Result<void>
+NullBackend::Impl::check_geometry(const FramePlan& plan, std::size_t pass, std::uint32_t index) {
     const Command& command = plan.commands[index];
     const auto refused = [&](const std::string& what) {
         return invalid(
@@ -198,6 +258,12 @@ Result<void> NullBackend::Impl::check_geometry(
                 " to " + std::to_string(std::uint64_t{piece.first} + piece.count) +
                 ", is no run of" + " item " + std::to_string(index_of(piece.item))
             );
+        }
+    }
+    for (std::uint32_t i = 0; i < command.selection_count; ++i) {
+        if (Result<void> valid = check_selection(plan, pass, index, command.first_selection + i);
+            !valid) {
+            return valid;
         }
     }
     return {};
@@ -272,9 +338,12 @@ NullBackend::Impl::check_pass(const FramePlan& plan, std::size_t index, const Nu
     }
     for (std::uint32_t i = 0; i < pass.command_count; ++i) {
         const std::uint32_t command = pass.first_command + i;
-        Result<void> valid = draws_images(plan.commands[command])
-                                 ? check_images(plan, index, command)
-                                 : check_geometry(plan, index, command);
+        Result<void> valid;
+        if (draws_images(plan.commands[command])) {
+            valid = check_images(plan, index, command);
+        } else if (draws_geometry(plan.commands[command])) {
+            valid = check_geometry(plan, index, command);
+        }
         if (!valid) {
             return valid;
         }
@@ -395,6 +464,8 @@ Result<void> NullBackend::execute(
     impl_->total.image_quads += work.image_quads;
     impl_->total.images += work.images;
     impl_->total.image_texels += work.image_texels;
+    impl_->total.splats += work.splats;
+    impl_->total.cubes += work.cubes;
     ++impl_->plans;
     return {};
 }

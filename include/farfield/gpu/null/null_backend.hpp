@@ -27,14 +27,15 @@ namespace farfield {
 ///   later copy overwrote; the page was not made anew or dropped since;
 /// - images with `QuadDepth::none` stand at the near distance or behind it; those of the frame not
 ///   beyond the far distance; ratios of depths are in order;
-/// - items and pieces exist;
+/// - items, pieces and the primitives of selections exist, and no selection names one twice;
+/// - frames of cubes are rotations;
 /// - all numbers are finite, and clip boxes are not empty.
 ///
 /// After an error the images of that cache count as never made, so that a technique that does not
 /// start over is found out.
 ///
-/// @par Cost linear in the plan, plus the images of a page for each image copied to it. Allocates
-/// nothing once warm.
+/// @par Cost linear in the plan, selections sorted, plus the images of a page for each image copied
+/// to it. Allocates nothing once warm.
 class NullBackend final : public Backend {
   public:
     static constexpr Limits kDefaultLimits{.page_size = 16384, .samples = 16};
