@@ -1,11 +1,14 @@
 #include "scene_catalog.hpp"
 
+#include "dolly.hpp"
 #include "flat_town.hpp"
 #include "flat_town_path.hpp"
 #include "forest.hpp"
 #include "forest_path.hpp"
 #include "island.hpp"
 #include "island_path.hpp"
+#include "overview.hpp"
+#include "trees.hpp"
 
 #include <algorithm>
 #include <array>
@@ -55,6 +58,29 @@ constexpr std::array<SceneParameter, 6> forest_parameters(double pace_m) {
         {"seed", static_cast<double>(kForest.seed), true, "of places and trees"},
     }};
 }
+
+constexpr BroadleafOptions kTree;
+constexpr TreesOptions kTrees;
+constexpr double kTreeAngleDeg = 30.0;
+
+// [px] Sides of pictures.
+// Source: Chamberlain et al. 1996, section 4.
+constexpr int kDollySide = 124;
+constexpr int kOverviewSide = 512;
+
+constexpr std::array<SceneParameter, 3> kTreeParameters = {{
+    {"triangles", kTree.triangles, true, "of the tree, 5000 to 10000000"},
+    {"seed", static_cast<double>(kTree.seed), true, "of the tree"},
+    {"angle", kTreeAngleDeg, false, "of the view around the vertical [degrees]"},
+}};
+
+constexpr std::array<SceneParameter, 5> kTreesParameters = {{
+    {"count", kTrees.count, true, "number of trees, a power of four, 1 to 4194304"},
+    {"triangles", kTree.triangles, true, "of the tree, 5000 to 10000000"},
+    {"seed", static_cast<double>(kTrees.seed), true, "of the quarter turns"},
+    {"tree-seed", static_cast<double>(kTree.seed), true, "of the tree"},
+    {"ground", 0.0, true, "1: a flat quad below it, 0: none"},
+}};
 
 constexpr auto kForestParameters = forest_parameters(kForestPace);
 constexpr auto kForestZoomParameters = forest_parameters(kForestZoomPace);
@@ -146,7 +172,69 @@ Result<CatalogScene> make_forest_zoom_entry(const SceneValues& values) {
     return make_forest_entry(values, forest_zoom_path);
 }
 
-constexpr std::array<CatalogEntry, 4> kCatalog = {{
+/// A scene with the dolly around it.
+Result<CatalogScene> with_dolly(Scene scene, double angle_deg) {
+    auto path = dolly_path(bounding_sphere(scene), {.angle_deg = angle_deg});
+    if (!path) {
+        return tl::unexpected(path.error());
+    }
+    CatalogScene made{std::move(scene), std::move(*path)};
+    made.width = kDollySide;
+    made.height = kDollySide;
+    return made;
+}
+
+/// 0 or 1 as a truth value.
+Result<bool> flag_of(const SceneValues& values, std::string_view scene, std::string_view name) {
+    const double value = value_of(values, name);
+    if (value != 0.0 && value != 1.0) {
+        return fail(
+            ErrorCode::invalid_argument,
+            std::string(scene) + ": " + std::string(name) + " is " + std::to_string(value) +
+                ", expected 0 or 1"
+        );
+    }
+    return value == 1.0;
+}
+
+Result<CatalogScene> make_tree_entry(const SceneValues& values) {
+    TreesOptions options;
+    options.count = 1;
+    options.tree.triangles = whole<int>(values, "triangles");
+    options.tree.seed = whole<std::uint64_t>(values, "seed");
+    auto scene = make_trees(options);
+    if (!scene) {
+        return tl::unexpected(scene.error());
+    }
+    return with_dolly(std::move(*scene), value_of(values, "angle"));
+}
+
+Result<CatalogScene> make_trees_entry(const SceneValues& values) {
+    TreesOptions options;
+    options.count = whole<int>(values, "count");
+    options.tree.triangles = whole<int>(values, "triangles");
+    options.tree.seed = whole<std::uint64_t>(values, "tree-seed");
+    options.seed = whole<std::uint64_t>(values, "seed");
+    const Result<bool> ground = flag_of(values, "trees", "ground");
+    if (!ground) {
+        return tl::unexpected(ground.error());
+    }
+    options.ground = *ground;
+    auto scene = make_trees(options);
+    if (!scene) {
+        return tl::unexpected(scene.error());
+    }
+    auto path = overview_path(scene_bounds(*scene));
+    if (!path) {
+        return tl::unexpected(path.error());
+    }
+    CatalogScene made{std::move(*scene), std::move(*path)};
+    made.width = kOverviewSide;
+    made.height = kOverviewSide;
+    return made;
+}
+
+constexpr std::array<CatalogEntry, 6> kCatalog = {{
     {"island",
      "round island with 1117 instances of a willow, 40.6 million triangles",
      kIslandParameters,
@@ -163,6 +251,14 @@ constexpr std::array<CatalogEntry, 4> kCatalog = {{
      "the same forest; from a corner to its middle, above the tree tops",
      kForestZoomParameters,
      make_forest_zoom_entry},
+    {"tree",
+     "one broad-leaved tree of 52,470 triangles, from 1.75 to 14 radii away",
+     kTreeParameters,
+     make_tree_entry},
+    {"trees",
+     "16,384 quarter-turned instances of that tree, 860 million triangles, all in view",
+     kTreesParameters,
+     make_trees_entry},
 }};
 
 /// "a, b, c" for messages.

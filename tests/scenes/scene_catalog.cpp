@@ -24,14 +24,17 @@ const std::map<std::string_view, scenes::SceneValues> kSmall = {
      {{"trees", 3.0}, {"radius", 60.0}, {"terrain-quads", 8.0}, {"tree-triangles", 2000.0}}},
     {"flat", {{"blocks", 1.0}}},
     {"forest", {{"trees", 2.0}, {"tree-triangles", 200.0}}},
-    {"forest-zoom", {{"trees", 2.0}, {"tree-triangles", 200.0}}}};
+    {"forest-zoom", {{"trees", 2.0}, {"tree-triangles", 200.0}}},
+    {"tree", {{"triangles", 5000.0}}},
+    {"trees", {{"count", 4.0}, {"triangles", 5000.0}}}};
 
 } // namespace
 
 TEST_CASE("what the catalog does not have is refused by name", "[scene_catalog]") {
     CHECK(
-        message_of("atlantis", {}) ==
-        "scene \"atlantis\" does not exist, expected one of island, flat, forest, forest-zoom"
+        message_of("atlantis", {}) == "scene \"atlantis\" does not exist, expected one of island, "
+                                      "flat, forest, forest-zoom, tree, "
+                                      "trees"
     );
     CHECK(message_of("", {}) != "made");
     CHECK(
@@ -50,6 +53,7 @@ TEST_CASE("what the catalog does not have is refused by name", "[scene_catalog]"
     // Beyond every int: the scene's own check still sees it.
     CHECK(message_of("island", {{"trees", 1e18}}).find("island: trees is 2147483647") == 0);
     CHECK(message_of("island", {{"trees", -1e18}}).find("island: trees is -2147483648") == 0);
+    CHECK(message_of("trees", {{"ground", 2.0}}) == "trees: ground is 2.000000, expected 0 or 1");
     CHECK(message_of("island", {{"tree-triangles", 7.0}}).find("willow: triangles is 7") == 0);
 }
 
@@ -126,6 +130,8 @@ TEST_CASE("every parameter does something", "[scene_catalog]") {
                 value = 70.0; // so far that some first darts no longer stick
             } else if (parameter.name == "min-scale" || parameter.name == "max-scale") {
                 value += parameter.name == "min-scale" ? 0.1 : 0.2;
+            } else if (parameter.name == "count") {
+                value *= 4.0; // a power of four
             } else {
                 value += 1.0;
             }
