@@ -8,6 +8,7 @@
 #include <farfield/core/result.hpp>
 #include <farfield/gpu/backend.hpp>
 #include <farfield/gpu/calibrate.hpp>
+#include <farfield/gpu/cell_shapes.hpp>
 #include <farfield/gpu/frame_plan.hpp>
 #include <farfield/gpu/geometry_source.hpp>
 #include <farfield/gpu/null/null_backend.hpp>

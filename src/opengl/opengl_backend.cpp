@@ -1,3 +1,4 @@
+#include "opengl/cell_drawer.hpp"
 #include "opengl/program.hpp"
 #include "opengl/quad_programs.hpp"
 #include "opengl/state_guard.hpp"
@@ -134,7 +135,7 @@ std::int32_t most_samples() noexcept {
         glGetIntegerv(limit, &samples);
         most = std::min(most, samples);
     }
-    return std::max(most, 1);
+    return std::clamp(most, 1, CellDrawer::kMostSamples);
 }
 
 /// Errors of the caller's are not ours to report.
@@ -159,6 +160,9 @@ struct OpenGLBackend::Impl {
     std::vector<QuadVertex> vertices;
     std::vector<QuadRun> runs; // of the plan being executed, in the order of its passes
     std::size_t next_run = 0;
+    CellDrawer cells;
+    std::size_t next_cells = 0;     // command of those that draw cells
+    std::vector<glm::dvec2> places; // of the samples of a pixel
     Limits limits;
 
     explicit Impl(GeometrySource& geometry) : source(&geometry) {}
@@ -191,6 +195,9 @@ struct OpenGLBackend::Impl {
     void reserve_quads(std::size_t count) noexcept;
     [[nodiscard]] Result<void> check_pages(const FramePlan& plan, const Target& frame) noexcept;
     [[nodiscard]] Result<void> upload_quads(const FramePlan& plan);
+    [[nodiscard]] Result<void> upload_cells(const FramePlan& plan, const Target& frame);
+    [[nodiscard]] Result<void> require_cells(bool sampled);
+    void find_places(GLuint framebuffer, std::int32_t samples);
     [[nodiscard]] Result<void>
     add_quads(const FramePlan& plan, std::size_t pass, std::uint32_t command);
     [[nodiscard]] Result<void> require_programs(const Command& command);
@@ -198,11 +205,14 @@ struct OpenGLBackend::Impl {
     void clear_batch(
         const FramePlan& plan, std::size_t first, std::size_t last, const FrameClear& clear
     ) const noexcept;
-    void run_pass(const FramePlan& plan, const Pass& pass, GLuint framebuffer) noexcept;
+    void run_pass(
+        const FramePlan& plan, const Pass& pass, GLuint framebuffer, std::int32_t samples
+    ) noexcept;
     void copy_batch(const FramePlan& plan, std::size_t first, std::size_t last) noexcept;
     void copy_depths(const FramePlan& plan, std::size_t first, std::size_t last) noexcept;
     [[nodiscard]] bool copies_depth(const FramePlan& plan, const Pass& pass) noexcept;
     void draw_quads(const Pass& pass, const Command& command) noexcept;
+    void draw_cells(std::int32_t samples) noexcept;
     void draw_runs(
         const Pass& pass, const Command& command, std::size_t run, QuadOutput output
     ) noexcept;
@@ -319,14 +329,7 @@ void OpenGLBackend::Impl::reserve_quads(std::size_t count) noexcept {
         return;
     }
     quad_capacity = std::max(count, quad_capacity * 2);
-    std::vector<std::uint32_t> indices;
-    indices.reserve(quad_capacity * 6);
-    for (std::size_t quad = 0; quad < quad_capacity; ++quad) {
-        const auto first = static_cast<std::uint32_t>(quad * 4);
-        for (const std::uint32_t corner : {0U, 1U, 2U, 2U, 1U, 3U}) {
-            indices.push_back(first + corner);
-        }
-    }
+    const std::vector<std::uint32_t> indices = opengl::quad_indices(quad_capacity);
     glDeleteBuffers(1, &quad_vertices);
     glDeleteBuffers(1, &quad_indices);
     glCreateBuffers(1, &quad_vertices);
@@ -356,18 +359,6 @@ Result<void> OpenGLBackend::Impl::check_pages(const FramePlan& plan, const Targe
             );
             !valid) {
             return valid;
-        }
-        for (std::uint32_t c = 0; c < pass.command_count; ++c) {
-            const Command& command = plan.commands[pass.first_command + c];
-            const bool known = draws_geometry(command) || draws_images(command);
-            if (!known || command.selection_count > 0) {
-                return fail(
-                    ErrorCode::unsupported,
-                    "plan: pass " + std::to_string(i) + ", command " +
-                        std::to_string(pass.first_command + c) +
-                        " draws splats, cubes or selections"
-                );
-            }
         }
     }
     return {};
@@ -471,6 +462,82 @@ Result<void> OpenGLBackend::Impl::upload_quads(const FramePlan& plan) {
     return {};
 }
 
+/// Asks the device where the samples of a pixel are. There may be more of them than were asked for,
+/// and a framebuffer of the caller's may have others each time.
+void OpenGLBackend::Impl::find_places(GLuint framebuffer, std::int32_t samples) {
+    constexpr glm::dvec2 kCenter(0.5);
+    places.assign(1, kCenter);
+    if (samples == 1) {
+        return;
+    }
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    GLint made = samples;
+    glGetIntegerv(GL_SAMPLES, &made);
+    places.resize(static_cast<std::size_t>(std::clamp(made, 2, CellDrawer::kMostSamples)));
+    for (std::size_t sample = 0; sample < places.size(); ++sample) {
+        std::array<GLfloat, 2> place{};
+        glGetMultisamplefv(GL_SAMPLE_POSITION, static_cast<GLuint>(sample), place.data());
+        places[sample] = {place[0], place[1]};
+    }
+}
+
+Result<void> OpenGLBackend::Impl::require_cells(bool sampled) {
+    Result<void> made = cells.require(sampled ? CellOutput::sampled_colors : CellOutput::colors);
+    if (made && positions) {
+        made = cells.require(CellOutput::points);
+    }
+    return made;
+}
+
+Result<void> OpenGLBackend::Impl::upload_cells(const FramePlan& plan, const Target& frame) {
+    cells.clear();
+    next_cells = 0;
+    for (const Pass& pass : plan.passes) {
+        bool known = false;
+        for (std::uint32_t c = 0; c < pass.command_count; ++c) {
+            const Command& command = plan.commands[pass.first_command + c];
+            if (!draws_cells(command)) {
+                continue;
+            }
+            if (!known) {
+                const Page* page = find(plan.cache, pass.page);
+                const std::int32_t samples = page == nullptr ? frame.samples : page->samples;
+                find_places(page == nullptr ? frame.framebuffer : page->framebuffer, samples);
+                if (Result<void> made = require_cells(samples > 1); !made) {
+                    return made;
+                }
+                known = true;
+            }
+            if (command.kind == Command::Kind::splats) {
+                cells.add_splats(plan, pass, command, places);
+            } else {
+                cells.add_cubes(plan, pass, command);
+            }
+        }
+    }
+    cells.upload();
+    return {};
+}
+
+void OpenGLBackend::Impl::draw_cells(std::int32_t samples) noexcept {
+    const std::size_t index = next_cells++;
+    glDepthFunc(GL_GEQUAL);
+    glDepthMask(GL_FALSE);
+    if (positions) {
+        set_masks(true, false);
+    }
+    glEnablei(GL_BLEND, 0);
+    cells.draw(index, samples > 1 ? CellOutput::sampled_colors : CellOutput::colors);
+    glDisablei(GL_BLEND, 0);
+    if (positions) {
+        set_masks(false, true);
+        cells.draw(index, CellOutput::points);
+        set_masks(true, true);
+    }
+    glDepthMask(GL_TRUE);
+    glDepthFunc(GL_GREATER);
+}
+
 void OpenGLBackend::Impl::draw_quads(const Pass& pass, const Command& command) noexcept {
     const std::size_t first_run = next_run;
     glBindVertexArray(quad_array);
@@ -558,7 +625,7 @@ void OpenGLBackend::Impl::clear_batch(
 }
 
 void OpenGLBackend::Impl::run_pass(
-    const FramePlan& plan, const Pass& pass, GLuint framebuffer
+    const FramePlan& plan, const Pass& pass, GLuint framebuffer, std::int32_t samples
 ) noexcept {
     bool state_is_ours = false;
     for (std::uint32_t c = 0; c < pass.command_count; ++c) {
@@ -569,6 +636,11 @@ void OpenGLBackend::Impl::run_pass(
         if (draws_images(command)) {
             state_is_ours = true;
             draw_quads(pass, command);
+            continue;
+        }
+        if (draws_cells(command)) {
+            state_is_ours = true;
+            draw_cells(samples);
             continue;
         }
         // A source may leave any state behind.
@@ -588,7 +660,9 @@ void OpenGLBackend::Impl::run_pass(
         }
         source->draw(
             {std::span(plan.items).subspan(command.first, command.count),
-             std::span(plan.pieces).subspan(command.first_piece, command.piece_count)},
+             std::span(plan.pieces).subspan(command.first_piece, command.piece_count),
+             std::span(plan.selections).subspan(command.first_selection, command.selection_count),
+             plan.selected},
             context
         );
     }
@@ -790,6 +864,9 @@ OpenGLBackend::execute(const FramePlan& plan, TargetId target, const FrameClear&
     if (Result<void> uploaded = impl.upload_quads(plan); !uploaded) {
         return uploaded;
     }
+    if (Result<void> uploaded = impl.upload_cells(plan, *frame); !uploaded) {
+        return uploaded;
+    }
     if (Result<void> made = impl.require_depth_copies(plan); !made) {
         return made;
     }
@@ -799,13 +876,13 @@ OpenGLBackend::execute(const FramePlan& plan, TargetId target, const FrameClear&
             ++last;
         }
         const Pass& head = plan.passes[first];
-        const GLuint framebuffer = head.page == kNone<PageId>
-                                       ? frame->framebuffer
-                                       : impl.find(plan.cache, head.page)->framebuffer;
+        const Page* page = head.page == kNone<PageId> ? nullptr : impl.find(plan.cache, head.page);
+        const GLuint framebuffer = page == nullptr ? frame->framebuffer : page->framebuffer;
+        const std::int32_t samples = page == nullptr ? frame->samples : page->samples;
         set_drawing_state(framebuffer, head.viewport, head.scissor);
         impl.clear_batch(plan, first, last, clear);
         for (std::size_t i = first; i < last; ++i) {
-            impl.run_pass(plan, plan.passes[i], framebuffer);
+            impl.run_pass(plan, plan.passes[i], framebuffer, samples);
         }
         impl.copy_batch(plan, first, last);
         first = last;

@@ -12,6 +12,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -170,6 +171,16 @@ struct MeshOnDevice {
     GLint base_vertex = 0;
     std::uint32_t first_part = 0;
     std::uint32_t part_count = 0;
+    std::size_t first_index = 0; // into the index buffer
+};
+
+/// Selected primitives of one item that are of one part of its mesh: one draw.
+struct SelectedRun {
+    std::uint32_t part = 0;
+    std::uint32_t instance = 0;
+    std::size_t first_index = 0; // into the buffer of selected indices
+    GLsizei index_count = 0;
+    GLint base_vertex = 0;
 };
 
 struct MaterialOnDevice {
@@ -208,6 +219,9 @@ struct SceneSource::Impl {
     GLuint texcoords = 0;
     GLuint indices = 0;
     GLuint split_indices = 0; // of `Hierarchy::primitives`, in that order
+    GLuint selected_indices = 0;
+    std::size_t selected_capacity = 0;
+    std::size_t index_count = 0; // of all meshes
     GLuint instance_buffer = 0;
     std::size_t instance_capacity = 0;
     GLuint plain_array = 0;    // vertex array without texture coordinates
@@ -218,6 +232,9 @@ struct SceneSource::Impl {
     std::vector<std::uint32_t> mesh_count;
     std::vector<std::uint32_t> touched;
     std::vector<InstanceData> data;
+    std::vector<std::uint32_t> kept_indices;     // those of `indices`, from the first selection on
+    std::vector<std::uint32_t> gathered_indices; // of selected primitives
+    std::vector<SelectedRun> selected_runs;
     // What the device has now, within one draw.
     const Program* current = nullptr;
     std::uint32_t current_material = UINT32_MAX;
@@ -231,8 +248,8 @@ struct SceneSource::Impl {
                 glDeleteProgram(program.name);
             }
         }
-        const std::array<GLuint, 5> buffers = {
-            vertices, texcoords, indices, split_indices, instance_buffer};
+        const std::array<GLuint, 6> buffers = {
+            vertices, texcoords, indices, split_indices, selected_indices, instance_buffer};
         glDeleteBuffers(static_cast<GLsizei>(buffers.size()), buffers.data());
         glDeleteVertexArrays(1, &plain_array);
         glDeleteVertexArrays(1, &textured_array);
@@ -248,6 +265,11 @@ struct SceneSource::Impl {
 
     [[nodiscard]] InstanceData instance_data(ItemId item, const View& view) const noexcept;
     void reserve_instances(std::size_t count) noexcept;
+    void gather_selections(const DrawList& list, std::uint32_t first_instance) noexcept;
+    void gather_part(
+        const MeshOnDevice& mesh, std::uint32_t part, std::span<const std::uint32_t> primitives
+    ) noexcept;
+    void draw_selections(const PassContext& context) noexcept;
     void use_material(std::uint32_t material, const PassContext& context) noexcept;
 };
 
@@ -371,6 +393,7 @@ void SceneSource::Impl::upload_meshes(const Scene& scene) {
         any_texcoords = any_texcoords || !mesh.texcoords.empty();
         texcoord_data.insert(texcoord_data.end(), mesh.texcoords.begin(), mesh.texcoords.end());
         texcoord_data.resize(vertex_data.size(), glm::vec2(0.0F));
+        on_device.first_index = index_data.size();
         index_data.insert(index_data.end(), mesh.indices.begin(), mesh.indices.end());
         on_device.bounds = mesh.bounds;
         meshes.push_back(on_device);
@@ -383,6 +406,7 @@ void SceneSource::Impl::upload_meshes(const Scene& scene) {
     indices = upload(index_data.data(), index_data.size() * sizeof(std::uint32_t));
     bytes += vertex_data.size() * sizeof(Vertex) + texcoord_data.size() * sizeof(glm::vec2) +
              index_data.size() * sizeof(std::uint32_t);
+    index_count = index_data.size();
     instances = scene.instances;
     light = scene.light;
     mesh_count.assign(meshes.size(), 0);
@@ -518,6 +542,102 @@ InstanceData SceneSource::Impl::instance_data(ItemId item, const View& view) con
     return result;
 }
 
+/// Adds the indices of those primitives that are of one part.
+void SceneSource::Impl::gather_part(
+    const MeshOnDevice& mesh, std::uint32_t part_index, std::span<const std::uint32_t> primitives
+) noexcept {
+    const PartOnDevice& part = parts[mesh.first_part + part_index];
+    const std::size_t first = part.index_offset / sizeof(std::uint32_t);
+    const std::size_t before = (first - mesh.first_index) / 3; // primitives of earlier parts
+    const std::size_t count = static_cast<std::size_t>(part.index_count) / 3;
+    // Room for all of them at once: one check a primitive is the whole work of most.
+    const std::size_t begin = gathered_indices.size();
+    gathered_indices.resize(begin + primitives.size() * 3);
+    std::uint32_t* out = gathered_indices.data() + begin;
+    const std::uint32_t* of_part = kept_indices.data() + first;
+    for (const std::uint32_t primitive : primitives) {
+        const std::size_t of = primitive - before; // enormous for one of an earlier part
+        if (of < count) {
+            out = std::copy_n(of_part + of * 3, 3, out);
+        }
+    }
+    gathered_indices.resize(static_cast<std::size_t>(out - gathered_indices.data()));
+}
+
+/// Prepares draws of selected primitives.
+void SceneSource::Impl::gather_selections(
+    const DrawList& list, std::uint32_t first_instance
+) noexcept {
+    if (kept_indices.empty()) {
+        kept_indices.resize(index_count);
+        glGetNamedBufferSubData(
+            indices,
+            0,
+            static_cast<GLsizeiptr>(index_count * sizeof(std::uint32_t)),
+            kept_indices.data()
+        );
+    }
+    gathered_indices.clear();
+    selected_runs.clear();
+    for (std::size_t i = 0; i < list.selections.size(); ++i) {
+        const Selection& selection = list.selections[i];
+        const MeshOnDevice& mesh = meshes[index_of(instances[index_of(selection.item)].mesh)];
+        const auto primitives = list.selected.subspan(selection.first, selection.count);
+        for (std::uint32_t part = 0; part < mesh.part_count; ++part) {
+            const std::size_t first = gathered_indices.size();
+            gather_part(mesh, part, primitives);
+            const std::size_t count = gathered_indices.size() - first;
+            if (count > 0) {
+                selected_runs.push_back(
+                    {mesh.first_part + part,
+                     first_instance + static_cast<std::uint32_t>(i),
+                     first,
+                     static_cast<GLsizei>(count),
+                     mesh.base_vertex}
+                );
+            }
+        }
+    }
+    if (gathered_indices.size() > selected_capacity) {
+        selected_capacity = std::max(gathered_indices.size(), selected_capacity * 2);
+        glDeleteBuffers(1, &selected_indices);
+        glCreateBuffers(1, &selected_indices);
+        glNamedBufferStorage(
+            selected_indices,
+            static_cast<GLsizeiptr>(selected_capacity * sizeof(std::uint32_t)),
+            nullptr,
+            GL_DYNAMIC_STORAGE_BIT
+        );
+    }
+    if (!gathered_indices.empty()) {
+        glInvalidateBufferData(selected_indices);
+        glNamedBufferSubData(
+            selected_indices,
+            0,
+            static_cast<GLsizeiptr>(gathered_indices.size() * sizeof(std::uint32_t)),
+            gathered_indices.data()
+        );
+    }
+}
+
+void SceneSource::Impl::draw_selections(const PassContext& context) noexcept {
+    for (const GLuint array : {plain_array, textured_array}) {
+        glVertexArrayElementBuffer(array, selected_indices);
+    }
+    for (const SelectedRun& run : selected_runs) {
+        use_material(parts[run.part].material, context);
+        glDrawElementsInstancedBaseVertexBaseInstance(
+            GL_TRIANGLES,
+            run.index_count,
+            GL_UNSIGNED_INT,
+            buffer_offset(run.first_index * sizeof(std::uint32_t)),
+            1,
+            run.base_vertex,
+            run.instance
+        );
+    }
+}
+
 void SceneSource::Impl::use_material(std::uint32_t index, const PassContext& context) noexcept {
     if (index == current_material) {
         return;
@@ -593,7 +713,7 @@ SceneSource::create(const Scene& scene, const Hierarchy* hierarchy) {
 }
 
 GeometrySource::Capabilities SceneSource::capabilities() const noexcept {
-    return {.subset = true, .clip_planes = true, .position_output = true};
+    return {.subset = true, .clip_planes = true, .position_output = true, .selection = true};
 }
 
 void SceneSource::draw(const DrawList& list, const PassContext& context) noexcept {
@@ -611,12 +731,12 @@ void SceneSource::draw(const DrawList& list, const PassContext& context) noexcep
         }
     }
     std::sort(impl.touched.begin(), impl.touched.end());
-    // One instance a whole item, and one a run of split primitives of one item.
+    // One instance a whole item, one a run of split primitives of one item, and one a selection.
     std::size_t runs = 0;
     for (std::size_t i = 0; i < list.pieces.size(); ++i) {
         runs += i == 0 || list.pieces[i].item != list.pieces[i - 1].item ? 1 : 0;
     }
-    const std::size_t total = list.items.size() + runs;
+    const std::size_t total = list.items.size() + runs + list.selections.size();
     if (total == 0) {
         return;
     }
@@ -636,6 +756,10 @@ void SceneSource::draw(const DrawList& list, const PassContext& context) noexcep
         if (i == 0 || list.pieces[i].item != list.pieces[i - 1].item) {
             impl.data[next++] = impl.instance_data(list.pieces[i].item, context.view);
         }
+    }
+    const std::uint32_t first_selection = next;
+    for (const Selection& selection : list.selections) {
+        impl.data[next++] = impl.instance_data(selection.item, context.view);
     }
     glInvalidateBufferData(impl.instance_buffer);
     glNamedBufferSubData(
@@ -707,6 +831,10 @@ void SceneSource::draw(const DrawList& list, const PassContext& context) noexcep
             i = end;
         }
     }
+    if (!list.selections.empty()) {
+        impl.gather_selections(list, first_selection);
+        impl.draw_selections(context);
+    }
     if (context.clip.has_value()) {
         for (GLenum plane = 0; plane < 6; ++plane) {
             glDisable(GL_CLIP_DISTANCE0 + plane);
@@ -732,7 +860,7 @@ Result<void> SceneSource::set_transform(ItemId item, const glm::dmat4x3& object_
 }
 
 std::uint64_t SceneSource::device_bytes() const noexcept {
-    return impl_->bytes;
+    return impl_->bytes + impl_->selected_capacity * sizeof(std::uint32_t);
 }
 
 } // namespace farfield::opengl

@@ -74,6 +74,8 @@ StateGuard::StateGuard() noexcept {
     std::array<GLint, 2> polygon_modes{};
     glGetIntegerv(GL_POLYGON_MODE, polygon_modes.data());
     polygon_mode_ = polygon_modes[0];
+    glGetFloatv(GL_POINT_SIZE, &point_size_);
+    glGetFloatv(GL_POINT_FADE_THRESHOLD_SIZE, &point_fade_threshold_);
     draw_framebuffer_ = integer(GL_DRAW_FRAMEBUFFER_BINDING);
     read_framebuffer_ = integer(GL_READ_FRAMEBUFFER_BINDING);
     program_ = integer(GL_CURRENT_PROGRAM);
@@ -121,6 +123,8 @@ StateGuard::~StateGuard() {
     glClipControl(static_cast<GLenum>(clip_origin_), static_cast<GLenum>(clip_depth_));
     glProvokingVertex(static_cast<GLenum>(provoking_vertex_));
     glPolygonMode(GL_FRONT_AND_BACK, static_cast<GLenum>(polygon_mode_));
+    glPointSize(point_size_);
+    glPointParameterf(GL_POINT_FADE_THRESHOLD_SIZE, point_fade_threshold_);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, static_cast<GLuint>(draw_framebuffer_));
     glBindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(read_framebuffer_));
     glUseProgram(static_cast<GLuint>(program_));
@@ -171,6 +175,9 @@ void set_drawing_state(GLuint framebuffer, const Region& viewport, const Region&
     // Nothing is flat-shaded, but drivers turn triangles by it, and rounding turns with them.
     glProvokingVertex(GL_LAST_VERTEX_CONVENTION);
     glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+    // With several samples, points smaller than the threshold may be faded instead.
+    glPointSize(1.0F);
+    glPointParameterf(GL_POINT_FADE_THRESHOLD_SIZE, 1.0F);
     glBindProgramPipeline(0);
     glActiveTexture(GL_TEXTURE0);
     for (GLuint unit = 0; unit < StateGuard::kUnits; ++unit) {

@@ -21,7 +21,7 @@ class StateGuard {
 
     /// Switches that drawing a plan needs off. Offsets of lines and points should not matter, but
     /// llvmpipe moves triangles with several samples by them.
-    static constexpr std::array<GLenum, 18> kOff = {
+    static constexpr std::array<GLenum, 19> kOff = {
         GL_COLOR_LOGIC_OP,
         GL_CULL_FACE,
         GL_DEPTH_CLAMP,
@@ -33,6 +33,7 @@ class StateGuard {
         GL_POLYGON_SMOOTH,
         GL_PRIMITIVE_RESTART,
         GL_PRIMITIVE_RESTART_FIXED_INDEX,
+        GL_PROGRAM_POINT_SIZE,
         GL_RASTERIZER_DISCARD,
         GL_SAMPLE_ALPHA_TO_COVERAGE,
         GL_SAMPLE_ALPHA_TO_ONE,
@@ -72,6 +73,8 @@ class StateGuard {
     GLint clip_depth_ = GL_NEGATIVE_ONE_TO_ONE;
     GLint provoking_vertex_ = GL_LAST_VERTEX_CONVENTION;
     GLint polygon_mode_ = GL_FILL;
+    GLfloat point_size_ = 1.0F;
+    GLfloat point_fade_threshold_ = 1.0F;
     GLint draw_framebuffer_ = 0;
     GLint read_framebuffer_ = 0;
     GLint program_ = 0;
@@ -84,7 +87,8 @@ class StateGuard {
 };
 
 /// Sets every state above to what geometry of a plan is drawn with: depth tested and written,
-/// reverse-z, scissored, opaque, filled, both sides. Blending is off, and premultiplied once on.
+/// reverse-z, scissored, opaque, filled, both sides; points of one pixel. Blending is off, and
+/// premultiplied once on.
 void set_drawing_state(GLuint framebuffer, const Region& viewport, const Region& scissor) noexcept;
 
 /// Of the above, only where to draw.

@@ -294,6 +294,29 @@ inline void check_wrong_plans(Backend& backend) {
         plan.commands[0].kind = Command::Kind::mask;
         plan.commands[0].depth = QuadDepth::texel;
     });
+    refused("splats out of range", [](FramePlan& plan) {
+        plan.commands[1].kind = Command::Kind::splats;
+    });
+    refused("cubes out of range", [](FramePlan& plan) {
+        plan.commands[1].kind = Command::Kind::cubes;
+    });
+    refused("selections out of range", [](FramePlan& plan) {
+        plan.commands[0].first_selection = UINT32_MAX;
+        plan.commands[0].selection_count = 1;
+    });
+    refused("selected primitives out of range", [](FramePlan& plan) {
+        plan.selections = {{ItemId{0}, UINT32_MAX, 1}};
+        plan.commands[0].selection_count = 1;
+    });
+    refused("images with selections", [](FramePlan& plan) {
+        plan.selections = {{ItemId{0}, 0, 0}};
+        plan.commands[1].selection_count = 1;
+    });
+    refused("a splat of no size", [](FramePlan& plan) {
+        plan.splats.resize(1);
+        plan.splats[0].side = std::numeric_limits<float>::quiet_NaN();
+    });
+    refused("a cube without a frame", [](FramePlan& plan) { plan.cubes.resize(1); });
     refused("a page without texels", [](FramePlan& plan) { plan.pages[1].size = 0; });
     refused("a page with fewer than none", [](FramePlan& plan) { plan.pages[1].size = -4; });
     refused("a page without an id", [](FramePlan& plan) { plan.pages[1].page = kNone<PageId>; });

@@ -3,6 +3,7 @@
 #include <farfield/gpu/frame_plan.hpp>
 #include <farfield/math/view.hpp>
 
+#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 
 #include <cstdint>
@@ -103,6 +104,33 @@ inline FramePlan plan_with_depths(QuadDepth depth) {
     plan.commands[2].kind = Command::Kind::image_depths;
     plan.commands.push_back(plan.commands[0]);
     plan.passes[1].command_count = 3;
+    return plan;
+}
+
+/// Draws two primitives of item 0, then splats over them, small ones and a large one, then a cube.
+inline FramePlan plan_with_cells() {
+    FramePlan plan;
+    plan.selected = {0, 2};
+    plan.selections = {{ItemId{0}, 0, 2}};
+    for (int i = 0; i < 40; ++i) {
+        const float x = 0.07F * static_cast<float>(i - 20);
+        plan.splats.push_back({{x, 0.3F + x, 0.0F}, 0.15F, {0, 100, 50, 200}});
+    }
+    plan.splats.push_back({{-1.0F, 1.0F, 0.0F}, 2.0F, {90, 0, 60, 128}});
+    plan.cube_frames = {glm::mat3(1.0F)};
+    ShownCube cube;
+    cube.center = {1.0F, -1.0F, 0.0F};
+    cube.edge = 1.3F;
+    cube.faces = {{{200, 0, 0, 255}, {0, 150, 0, 255}, {0, 0, 100, 150}}};
+    plan.cubes = {cube};
+    plan.commands.resize(3);
+    plan.commands[0].selection_count = 1;
+    plan.commands[1].kind = Command::Kind::splats;
+    plan.commands[1].count = static_cast<std::uint32_t>(plan.splats.size());
+    plan.commands[2].kind = Command::Kind::cubes;
+    plan.commands[2].count = 1;
+    plan.passes = {hand_made_pass(kFrameSize)};
+    plan.passes[0].command_count = 3;
     return plan;
 }
 

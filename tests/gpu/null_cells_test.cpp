@@ -19,7 +19,7 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinite = std::numeric_limits<float>::infinity();
 
 /// Two selections, three splats and a cube, in that order.
-FramePlan plan_with_cells() {
+FramePlan counted_plan() {
     FramePlan plan;
     plan.selected = {499, 0, 7, 11, 0};
     plan.selections = {{ItemId{1}, 0, 3}, {ItemId{0}, 3, 2}};
@@ -43,7 +43,7 @@ FramePlan plan_with_cells() {
 std::string refusal(const std::function<void(FramePlan&)>& damage) {
     NullBackend backend(kItems);
     const TargetId target = backend.create_target(kFrameSize, kFrameSize, 1).value();
-    FramePlan plan = plan_with_cells();
+    FramePlan plan = counted_plan();
     damage(plan);
     const auto executed = backend.execute(plan, target, {});
     return executed ? "" : executed.error().message;
@@ -54,8 +54,8 @@ std::string refusal(const std::function<void(FramePlan&)>& damage) {
 TEST_CASE("Splats, cubes and single primitives are counted") {
     NullBackend backend(kItems);
     const TargetId target = backend.create_target(kFrameSize, kFrameSize, 1).value();
-    REQUIRE(backend.execute(plan_with_cells(), target, {}).has_value());
-    REQUIRE(backend.execute(plan_with_cells(), target, {}).has_value());
+    REQUIRE(backend.execute(counted_plan(), target, {}).has_value());
+    REQUIRE(backend.execute(counted_plan(), target, {}).has_value());
     const PlanWork& work = backend.total_work();
     CHECK(work.triangles == 2 * 5);
     CHECK(work.splats == 2 * 3);
@@ -157,7 +157,7 @@ TEST_CASE("Splats and cubes have nothing that only geometry has") {
 }
 
 TEST_CASE("Everything that is drawn is in the digest of a plan, and cleared with it") {
-    const FramePlan plan = plan_with_cells();
+    const FramePlan plan = counted_plan();
     const std::uint64_t whole = digest(plan);
     const auto changes = [&](const std::function<void(FramePlan&)>& change) {
         FramePlan other = plan;

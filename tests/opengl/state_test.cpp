@@ -100,6 +100,7 @@ constexpr std::array kValues = {
     Name NAME(GL_PATCH_VERTICES),
     Name NAME(GL_PIXEL_PACK_BUFFER_BINDING),
     Name NAME(GL_PIXEL_UNPACK_BUFFER_BINDING),
+    Name NAME(GL_POINT_FADE_THRESHOLD_SIZE),
     Name NAME(GL_POINT_SIZE),
     Name NAME(GL_POLYGON_MODE),
     Name NAME(GL_POLYGON_OFFSET_FACTOR),
@@ -320,6 +321,7 @@ void set_unusual_state() {
     glPolygonOffset(3.0F, 7.0F);
     glLineWidth(1.0F);
     glPointSize(3.0F);
+    glPointParameterf(GL_POINT_FADE_THRESHOLD_SIZE, 5.0F);
     glHint(GL_LINE_SMOOTH_HINT, GL_NICEST);
     glSampleCoverage(0.25F, GL_TRUE);
     glSampleMaski(0, 0x2U);
@@ -430,7 +432,7 @@ ImageCacheOptions eager_options(int samples) {
 }
 
 /// Frames of a cache, so that pages are made, images are made from images, and clipped ones too;
-/// then images with depths.
+/// then images with depths; then splats, cubes and single primitives.
 std::vector<Picture> walk_pictures(
     Backend& backend, const SmallWorld& world, int samples, const std::function<void()>& before
 ) {
@@ -461,6 +463,11 @@ std::vector<Picture> walk_pictures(
         pictures.push_back(backend.read_target(*target).value());
         CHECK(pictures.back() != pictures.front());
     }
+    const auto cells = backend.execute(plan_with_cells(), *target, {});
+    if (!cells) {
+        FAIL(cells.error().message);
+    }
+    pictures.push_back(backend.read_target(*target).value());
     backend.destroy_target(*target);
     return pictures;
 }
@@ -555,7 +562,10 @@ TEST_CASE("A scene source changes only what it says") {
         }
         // Onto nothing: of interest is what is left.
         const std::vector<State> before = snapshot();
-        device->source->draw({items, world.hierarchy.pieces}, context);
+        const std::array<std::uint32_t, 3> selected = {5, 0, 8};
+        const std::array<Selection, 2> selections = {
+            {{ItemId{0}, 0, 3}, {make_id<ItemId>(world.scene.instances.size() - 1), 1, 2}}};
+        device->source->draw({items, world.hierarchy.pieces, selections, selected}, context);
         while (glGetError() != GL_NO_ERROR) {
         }
         std::set<std::string> changed = differences(before, snapshot());
@@ -631,6 +641,15 @@ TEST_CASE("A framebuffer of the caller's is drawn into and read") {
     const auto read = backend.read_target(*wrapped);
     REQUIRE(read.has_value());
     CHECK(*read == draw(backend, plan, kWidth, kHeight, samples));
+    FramePlan cell_plan = plan_with_cells();
+    cell_plan.passes[0].view.width = kWidth;
+    cell_plan.passes[0].view.height = kHeight;
+    cell_plan.passes[0].viewport = {0, 0, kWidth, kHeight};
+    cell_plan.passes[0].scissor = cell_plan.passes[0].viewport;
+    REQUIRE(backend.execute(cell_plan, *wrapped, {}).has_value());
+    const auto cells = backend.read_target(*wrapped);
+    REQUIRE(cells.has_value());
+    CHECK(*cells == draw(backend, cell_plan, kWidth, kHeight, samples));
     glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
     CHECK(integer(GL_READ_BUFFER) == GL_NONE);
     backend.destroy_target(*wrapped);

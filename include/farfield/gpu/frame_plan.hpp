@@ -137,6 +137,11 @@ struct Command {
     return command.kind == Command::Kind::images || command.kind == Command::Kind::image_depths;
 }
 
+/// True for commands whose `first` and `count` are of splats or cubes.
+[[nodiscard]] constexpr bool draws_cells(const Command& command) noexcept {
+    return command.kind == Command::Kind::splats || command.kind == Command::Kind::cubes;
+}
+
 /// Commands into one target through one view.
 struct Pass {
     PageId page = kNone<PageId>; ///< scratch page, or none: the caller's frame

@@ -31,7 +31,11 @@ class SceneSource final : public GeometrySource {
 
     [[nodiscard]] Capabilities capabilities() const noexcept override;
 
-    /// @pre items and pieces are those of the scene and the hierarchy
+    /// Each selection is one call for every part of its mesh that it has primitives of. The first
+    /// one makes a copy of all indices in memory, 4 bytes each; selected ones go to the device with
+    /// each draw.
+    /// @pre items and pieces are those of the scene and the hierarchy. Primitives of a selection
+    /// that its item does not have are not drawn.
     void draw(const DrawList& list, const PassContext& context) noexcept override;
 
     /// The item stands elsewhere from the next draw on, as if the scene had been made so. What
@@ -42,7 +46,8 @@ class SceneSource final : public GeometrySource {
     /// @par Cost constant; nothing is uploaded, allocates only for an error
     [[nodiscard]] Result<void> set_transform(ItemId item, const glm::dmat4x3& object_to_world);
 
-    /// Bytes of buffers and textures on the device.
+    /// Bytes of buffers and textures on the device that the scene takes, and of the buffer of
+    /// selected indices; transforms of what is drawn not counted.
     [[nodiscard]] std::uint64_t device_bytes() const noexcept;
 
   private:
