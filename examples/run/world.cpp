@@ -75,6 +75,20 @@ build_hierarchy(const Scene& scene, const WorldOptions& options, std::uint32_t m
     });
 }
 
+/// A file of atoms, which is walked around as the molecule of the catalogue is.
+bool is_molecule(const WorldOptions& options) {
+    const std::string extension = std::filesystem::path(options.scene).extension().string();
+    return extension == ".pdb" || extension == ".PDB";
+}
+
+void show(scenes::CatalogScene made, World& world) {
+    world.scene = std::move(made.scene);
+    world.path = std::move(made.path);
+    world.fov_deg = made.fov_deg;
+    world.width = made.width;
+    world.height = made.height;
+}
+
 /// The scene and its walk, from the catalogue or from a file.
 Result<void>
 load_scene_and_path(const WorldOptions& options, World& world, std::uint32_t& max_items) {
@@ -87,12 +101,8 @@ load_scene_and_path(const WorldOptions& options, World& world, std::uint32_t& ma
         if (!made) {
             return tl::unexpected(made.error());
         }
-        world.scene = std::move(made->scene);
-        world.path = std::move(made->path);
-        world.fov_deg = made->fov_deg;
-        world.width = made->width;
-        world.height = made->height;
         max_items = made->max_items;
+        show(std::move(*made), world);
     } else {
         if (!options.scene_values.empty()) {
             return fail(
@@ -110,7 +120,15 @@ load_scene_and_path(const WorldOptions& options, World& world, std::uint32_t& ma
         for (const std::string& warning : loaded->warnings) {
             std::fprintf(stderr, "warning: %s\n", warning.c_str());
         }
-        world.scene = std::move(loaded->scene);
+        if (is_molecule(options)) {
+            auto shown = scenes::show_molecule(std::move(loaded->scene));
+            if (!shown) {
+                return tl::unexpected(shown.error());
+            }
+            show(std::move(*shown), world);
+        } else {
+            world.scene = std::move(loaded->scene);
+        }
     }
     if (!options.path.empty()) {
         auto path = eval::load_camera_path(options.path);
@@ -118,7 +136,7 @@ load_scene_and_path(const WorldOptions& options, World& world, std::uint32_t& ma
             return tl::unexpected(path.error());
         }
         world.path = std::move(*path);
-    } else if (!known) {
+    } else if (!known && !is_molecule(options)) {
         const Box3d box = scene_bounds(world.scene);
         const bool height_field = std::filesystem::path(options.scene).extension() == ".png";
         auto path = height_field ? eval::height_field_path(box)

@@ -7,6 +7,7 @@
 #include "forest_path.hpp"
 #include "island.hpp"
 #include "island_path.hpp"
+#include "molecule.hpp"
 #include "overview.hpp"
 #include "trees.hpp"
 
@@ -61,6 +62,7 @@ constexpr std::array<SceneParameter, 6> forest_parameters(double pace_m) {
 
 constexpr BroadleafOptions kTree;
 constexpr TreesOptions kTrees;
+constexpr MoleculeOptions kMolecule;
 constexpr double kTreeAngleDeg = 30.0;
 
 // [px] Sides of pictures.
@@ -72,6 +74,12 @@ constexpr std::array<SceneParameter, 3> kTreeParameters = {{
     {"triangles", kTree.triangles, true, "of the tree, 5000 to 10000000"},
     {"seed", static_cast<double>(kTree.seed), true, "of the tree"},
     {"angle", kTreeAngleDeg, false, "of the view around the vertical [degrees]"},
+}};
+
+constexpr std::array<SceneParameter, 3> kMoleculeParameters = {{
+    {"atoms", kMolecule.atoms, true, "number of atoms, 1 to 1000000"},
+    {"seed", static_cast<double>(kMolecule.seed), true, "of the fold and the side chains"},
+    {"angle", kMoleculeAngleDeg, false, "of the view around the vertical [degrees]"},
 }};
 
 constexpr std::array<SceneParameter, 5> kTreesParameters = {{
@@ -209,6 +217,17 @@ Result<CatalogScene> make_tree_entry(const SceneValues& values) {
     return with_dolly(std::move(*scene), value_of(values, "angle"));
 }
 
+Result<CatalogScene> make_molecule_entry(const SceneValues& values) {
+    MoleculeOptions options;
+    options.atoms = whole<int>(values, "atoms");
+    options.seed = whole<std::uint64_t>(values, "seed");
+    auto scene = make_molecule(options);
+    if (!scene) {
+        return tl::unexpected(scene.error());
+    }
+    return show_molecule(std::move(*scene), value_of(values, "angle"));
+}
+
 Result<CatalogScene> make_trees_entry(const SceneValues& values) {
     TreesOptions options;
     options.count = whole<int>(values, "count");
@@ -234,7 +253,7 @@ Result<CatalogScene> make_trees_entry(const SceneValues& values) {
     return made;
 }
 
-constexpr std::array<CatalogEntry, 6> kCatalog = {{
+constexpr std::array<CatalogEntry, 7> kCatalog = {{
     {"island",
      "round island with 1117 instances of a willow, 40.6 million triangles",
      kIslandParameters,
@@ -255,6 +274,10 @@ constexpr std::array<CatalogEntry, 6> kCatalog = {{
      "one broad-leaved tree of 52,470 triangles, from 1.75 to 14 radii away",
      kTreeParameters,
      make_tree_entry},
+    {"molecule",
+     "globule of 6534 atoms of 800 triangles, 5.2 million; from 1.75 to 14 radii away",
+     kMoleculeParameters,
+     make_molecule_entry},
     {"trees",
      "16,384 quarter-turned instances of that tree, 860 million triangles, all in view",
      kTreesParameters,
@@ -276,6 +299,10 @@ tl::unexpected<Error> invalid(std::string message) {
 }
 
 } // namespace
+
+Result<CatalogScene> show_molecule(Scene scene, double angle_deg) {
+    return with_dolly(std::move(scene), angle_deg);
+}
 
 std::span<const CatalogEntry> scene_catalog() noexcept {
     return kCatalog;

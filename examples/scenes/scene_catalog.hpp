@@ -47,6 +47,14 @@ struct CatalogEntry {
 /// All scenes, in the order in which programs list them.
 [[nodiscard]] std::span<const CatalogEntry> scene_catalog() noexcept;
 
+/// [degrees] Around the vertical, of the view of a molecule.
+/// @par Source Chamberlain et al. 1996, section 4
+inline constexpr double kMoleculeAngleDeg = 25.0;
+
+/// A molecule with the walk and the picture of the scene `molecule`.
+/// @return an error for a scene without instances or an angle that is not finite
+[[nodiscard]] Result<CatalogScene> show_molecule(Scene scene, double angle_deg = kMoleculeAngleDeg);
+
 /// Makes a scene by its name.
 /// @return an error naming the scene or parameter that does not exist (with those that do), the
 /// value that is not finite or not whole, or what the scene itself has to say

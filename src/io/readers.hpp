@@ -24,6 +24,7 @@ struct Input {
 [[nodiscard]] Result<void> read_ply(const Input& input, LoadedScene& loaded);
 [[nodiscard]] Result<void> read_stl(const Input& input, LoadedScene& loaded);
 [[nodiscard]] Result<void> read_gltf(const Input& input, LoadedScene& loaded);
+[[nodiscard]] Result<void> read_pdb(const Input& input, LoadedScene& loaded);
 [[nodiscard]] Result<void> read_height_field(const Input& input, LoadedScene& loaded);
 
 } // namespace farfield::io

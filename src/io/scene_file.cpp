@@ -20,13 +20,14 @@ struct Format {
     bool says_up; ///< up is +y whatever the options say
 };
 
-constexpr std::array<Format, 7> kFormats = {{
+constexpr std::array<Format, 8> kFormats = {{
     {".obj", read_obj, false},
     {".off", read_off, false},
     {".ply", read_ply, false},
     {".stl", read_stl, false},
     {".gltf", read_gltf, true},
     {".glb", read_gltf, true},
+    {".pdb", read_pdb, true},
     {".png", read_height_field, true},
 }};
 
@@ -82,7 +83,7 @@ Result<LoadedScene> load_scene(const std::filesystem::path& path, const LoadOpti
     return fail(
         ErrorCode::unsupported,
         path.string() + ": extension " + quote(extension) +
-            " is none of .obj, .off, .ply, .stl, .gltf, .glb and .png"
+            " is none of .obj, .off, .ply, .stl, .gltf, .glb, .pdb and .png"
     );
 }
 

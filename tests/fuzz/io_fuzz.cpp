@@ -74,6 +74,18 @@ std::string binary_stl() {
     return bytes;
 }
 
+/// Two models, alternate locations, elements by column and by name.
+std::string pdb() {
+    return "HEADER    TEST\nMODEL        1\n"
+           "ATOM      1  N   GLY A   1      11.104   6.134  -6.504  1.00  0.00           N  \n"
+           "ATOM      2  CA AGLY A   1      11.639   6.071  -5.147  0.50  0.00           C  \n"
+           "ATOM      3  CA BGLY A   1      11.700   6.000  -5.200  0.50  0.00           C  \n"
+           "ATOM      4 HG11 VAL A   2       9.000   1.5e0  +2.000\n"
+           "TER\nHETATM    5 ZN    ZN A 101       1.000   2.000   3.000  1.00  0.00          ZN2+\n"
+           "ENDMDL\nMODEL        2\n"
+           "ATOM      1  N   GLY A   1      11.104   6.134  -6.504\nENDMDL\nEND\n";
+}
+
 /// A glTF with something of everything.
 std::string glb_json() {
     return support::triangle_json(
@@ -122,6 +134,7 @@ std::vector<Seed> make_seeds() {
         {"b.stl", binary_stl()},
         {"a.gltf", gltf_json()},
         {"a.glb", support::make_glb(glb_json(), support::triangle_binary())},
+        {"a.pdb", pdb()},
         {"a.png", height_png()},
     };
 }
@@ -130,6 +143,8 @@ std::vector<Seed> make_seeds() {
 const std::vector<std::string>& dictionary() {
     static const std::vector<std::string> words = {
         "nan",
+        "     nan",
+        "\nENDMDL\n",
         "inf",
         "-1",
         "0",

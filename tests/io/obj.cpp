@@ -216,7 +216,7 @@ TEST_CASE("load_scene: files that are no files") {
     CHECK_THAT(directory.error().message, Catch::Contains("is not a file"));
 
     for (const char* const name :
-         {"e.obj", "e.off", "e.ply", "e.stl", "e.gltf", "e.glb", "e.png"}) {
+         {"e.obj", "e.off", "e.ply", "e.stl", "e.gltf", "e.glb", "e.pdb", "e.png"}) {
         const auto empty = io::load_scene(folder.write(name, ""));
         REQUIRE_FALSE(empty.has_value());
         CHECK_THAT(empty.error().message, Catch::EndsWith("is empty"));

@@ -1,5 +1,6 @@
 // Every model of the folder FARFIELD_DATA: loaded with the number of triangles that its list
 // announces, or refused for the reason it is there.
+#include <farfield/io/pdb.hpp>
 #include <farfield/io/scene_file.hpp>
 
 #include <catch2/catch.hpp>
@@ -7,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 
 namespace {
@@ -145,4 +147,26 @@ TEST_CASE("a georeferenced file keeps its millimetres") {
     }
     // Half a step of a float at 260 m from the centre is 0.015 mm.
     CHECK(worst < 0.016);
+}
+
+TEST_CASE("a protein has the atoms that its records announce") {
+    const auto atoms = io::read_pdb(data("protein_7ddo/7ddo.pdb"));
+    REQUIRE(atoms.has_value());
+    // 6,411 ATOM and 57 HETATM records; 7 of them are second alternate locations.
+    CHECK(atoms->size() == 6468 - 7);
+    std::map<int, int> counts;
+    for (const io::Atom& atom : *atoms) {
+        ++counts[atom.atomic_number];
+    }
+    CHECK(counts.size() == 5); // C, N, O, S, Zn
+    CHECK(counts[30] == 1);
+    const auto loaded = io::load_scene(data("protein_7ddo/7ddo.pdb"));
+    REQUIRE(loaded.has_value());
+    CHECK(loaded->warnings.empty());
+    CHECK(loaded->scene.instances.size() == atoms->size());
+    CHECK(primitive_count(loaded->scene) == 800 * atoms->size());
+    // A globule of about 800 residues is some 100 angstrom across.
+    const glm::dvec3 size = extent(scene_bounds(loaded->scene));
+    CHECK(size.x > 50.0);
+    CHECK(size.x < 150.0);
 }

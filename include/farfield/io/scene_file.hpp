@@ -38,6 +38,7 @@ struct LoadedScene {
 /// - .stl: text and binary; equal corners become one vertex.
 /// - .gltf, .glb: nodes, triangle primitives, base colour factor and texture, vertex colours, alpha
 ///   modes. A mesh stays one mesh however many nodes place it.
+/// - .pdb: atoms as balls, a metre an angstrom, see `read_pdb` and `make_balls`.
 /// - .png: a height field, see `load_height_field`.
 ///
 /// OBJ, OFF and PLY are read in double; `Mesh::origin` is the centre of the positions, so a
