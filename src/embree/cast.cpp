@@ -65,6 +65,7 @@ struct CellContext {
     CastContext cast;
     const FrameWork* work = nullptr;
     std::span<const Cell> cells; ///< of the draw
+    const Surface* surface = nullptr;
     const Packet* packet = nullptr;
 };
 
@@ -113,7 +114,9 @@ void keep_listed(const RTCFilterFunctionNArguments* arguments) {
         const std::uint32_t lane = RTCRayN_id(arguments->ray, count, i);
         const glm::vec3 point =
             point_of(*context.packet, lane, RTCRayN_tfar(arguments->ray, count, i));
-        const std::uint32_t triangle = RTCHitN_primID(arguments->hit, count, i);
+        const std::uint32_t part = RTCHitN_geomID(arguments->hit, count, i);
+        const std::uint32_t triangle =
+            context.surface->parts[part].first_triangle + RTCHitN_primID(arguments->hit, count, i);
         if (use_of(*context.work, context.cells, triangle, point) == nullptr) {
             arguments->valid[i] = 0;
         }
@@ -353,6 +356,7 @@ void Caster::cast(std::uint32_t index, const DepthRange& depths) noexcept {
                                      ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
                                      : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
     context_.cells = std::span(work_->cells).subspan(draw.first_cell, draw.cell_count);
+    context_.surface = item.surface;
     context_.cast.embree.filter = draw.cell_count > 0 ? keep_listed : nullptr;
     context_.cast.direction_dx = to_object * pass_->direction_dx;
     context_.cast.direction_dy = to_object * pass_->direction_dy;
@@ -364,12 +368,15 @@ void Caster::cast(std::uint32_t index, const DepthRange& depths) noexcept {
             continue;
         }
         const float depth = ray.tfar[lane];
-        const Use* use =
-            draw.cell_count == 0
-                ? &whole
-                : use_of(
-                      *work_, context_.cells, hits_.hit.primID[lane], point_of(packet, lane, depth)
-                  );
+        const Use* use = draw.cell_count == 0
+                             ? &whole
+                             : use_of(
+                                   *work_,
+                                   context_.cells,
+                                   item.surface->parts[hits_.hit.geomID[lane]].first_triangle +
+                                       hits_.hit.primID[lane],
+                                   point_of(packet, lane, depth)
+                               );
         // What is drawn first stays where depths are equal.
         const bool nearer =
             depth < packet.depth[lane] ||

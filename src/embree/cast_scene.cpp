@@ -224,6 +224,8 @@ Result<const Surface*> CastScene::build(std::unique_ptr<Surface> surface, const 
     for (std::size_t i = 0; i + 1 < positions.size(); ++i) {
         surface->bounds = unite(surface->bounds, positions[i]);
     }
+    const std::size_t triangles = surface->indices.size() / 3;
+    surface->block_boxes.resize((triangles + Surface::kBlock - 1) / Surface::kBlock);
     for (std::size_t block = 0; block < surface->block_boxes.size(); ++block) {
         constexpr std::size_t kIndices = std::size_t{Surface::kBlock} * 3;
         const std::size_t first = block * kIndices;
@@ -238,9 +240,8 @@ Result<const Surface*> CastScene::build(std::unique_ptr<Surface> surface, const 
         return embree_failed(rtcGetDeviceError(device_.get()), name);
     }
     rtcSetSceneBuildQuality(bvh.get(), RTC_BUILD_QUALITY_MEDIUM);
-    if (!surface->block_boxes.empty()) {
-        rtcSetSceneFlags(bvh.get(), RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
-    }
+    // Of any item some triangles may be drawn and others not.
+    rtcSetSceneFlags(bvh.get(), RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
     for (SurfacePart& part : surface->parts) {
         part.surface = surface.get();
         RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -297,19 +298,22 @@ std::unique_ptr<Surface>
 CastScene::split_surface(const Mesh& mesh, const Hierarchy& hierarchy, std::size_t item) const {
     std::unique_ptr<Surface> surface = copy_vertices(mesh);
     surface->indices.reserve(mesh.indices.size());
+    surface->triangle_of.assign(mesh.indices.size() / 3, Surface::kNoTriangle);
     for (const SplitRun& run : split_runs_) {
         if (index_of(run.item) != item) {
             continue;
         }
         for (std::uint32_t i = 0; i < run.count; ++i) {
-            const std::size_t first = std::size_t{hierarchy.primitives[run.first + i]} * 3;
+            const std::uint32_t primitive = hierarchy.primitives[run.first + i];
+            surface->triangle_of[primitive] =
+                static_cast<std::uint32_t>(surface->indices.size() / 3);
+            const std::size_t first = std::size_t{primitive} * 3;
             for (std::size_t k = first; k < first + 3; ++k) {
                 surface->indices.push_back(mesh.indices[k]);
             }
         }
     }
     const std::size_t triangles = surface->indices.size() / 3;
-    surface->block_boxes.resize((triangles + Surface::kBlock - 1) / Surface::kBlock);
     surface->parts.push_back(
         {nullptr,
          0,
@@ -349,6 +353,15 @@ Result<void> CastScene::find_split_runs(const Scene& scene, const Hierarchy& hie
         triangles[item] += piece.count;
     }
     return {};
+}
+
+bool CastScene::has_primitive(ItemId item, std::uint32_t primitive) const noexcept {
+    const Surface& surface = *items_[index_of(item)].surface;
+    if (!surface.triangle_of.empty()) {
+        return primitive < surface.triangle_of.size() &&
+               surface.triangle_of[primitive] != Surface::kNoTriangle;
+    }
+    return primitive < surface.indices.size() / 3;
 }
 
 const SplitRun* CastScene::run_of(const Piece& piece) const noexcept {
@@ -473,7 +486,8 @@ std::uint64_t CastScene::bytes() const noexcept {
                  surface->looks.size() * sizeof(TriangleLook) +
                  surface->texcoords.size() * sizeof(glm::vec2) +
                  surface->indices.size() * sizeof(std::uint32_t) +
-                 surface->block_boxes.size() * sizeof(Box3f);
+                 surface->block_boxes.size() * sizeof(Box3f) +
+                 surface->triangle_of.size() * sizeof(std::uint32_t);
     }
     return bytes + items_.size() * sizeof(CastItem);
 }

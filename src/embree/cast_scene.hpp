@@ -73,8 +73,10 @@ struct Surface {
     Box3f bounds;
     glm::dvec3 mesh_origin{0.0}; ///< what positions are relative to in the frame of the mesh [m]
     Box3d mesh_bounds;
-    /// Of a split item: boxes of runs of 16 triangles.
-    std::vector<Box3f> block_boxes;
+    std::vector<Box3f> block_boxes; ///< of runs of 16 triangles
+    /// Of a split item: by primitive of the mesh, its triangle here; none for those in no piece.
+    std::vector<std::uint32_t> triangle_of;
+    static constexpr std::uint32_t kNoTriangle = UINT32_MAX;
     static constexpr std::uint32_t kBlock = 16;
 };
 
@@ -119,6 +121,9 @@ class CastScene {
     [[nodiscard]] Result<void> set_transform(ItemId item, const glm::dmat4x3& object_to_world);
 
     [[nodiscard]] std::span<const CastItem> items() const noexcept { return items_; }
+
+    /// Whether an item, which must be one of `items`, has a primitive of that number.
+    [[nodiscard]] bool has_primitive(ItemId item, std::uint32_t primitive) const noexcept;
 
     /// The run that holds a piece as a whole, or null for a piece that is none.
     [[nodiscard]] const SplitRun* run_of(const Piece& piece) const noexcept;

@@ -83,6 +83,9 @@ struct EmbreeBackend::Impl {
     [[nodiscard]] Result<void> check_pages(const FramePlan& plan, const Target& frame);
     [[nodiscard]] Result<void>
     check_geometry(const FramePlan& plan, std::size_t pass, std::uint32_t command) const;
+    [[nodiscard]] Result<void> check_selection(
+        const FramePlan& plan, std::size_t pass, std::uint32_t command, std::uint32_t selection
+    ) const;
     [[nodiscard]] Result<void>
     check_images(const FramePlan& plan, std::size_t pass, std::uint32_t command);
     void add_pass(const FramePlan& plan, const Pass& pass, Target& frame, const FrameClear& clear);
@@ -144,21 +147,12 @@ Result<void> EmbreeBackend::Impl::check_pages(const FramePlan& plan, const Targe
         }
         for (std::uint32_t c = 0; c < pass.command_count; ++c) {
             const std::uint32_t command = pass.first_command + c;
-            if (!draws_geometry(plan.commands[command]) && !draws_images(plan.commands[command])) {
-                return fail(
-                    ErrorCode::unsupported,
-                    "plan: " + command_name(i, command) + " draws splats or cubes"
-                );
+            Result<void> valid;
+            if (draws_images(plan.commands[command])) {
+                valid = check_images(plan, i, command);
+            } else if (draws_geometry(plan.commands[command])) {
+                valid = check_geometry(plan, i, command);
             }
-            if (plan.commands[command].selection_count > 0) {
-                return fail(
-                    ErrorCode::unsupported,
-                    "plan: " + command_name(i, command) + " draws selections"
-                );
-            }
-            Result<void> valid = draws_images(plan.commands[command])
-                                     ? check_images(plan, i, command)
-                                     : check_geometry(plan, i, command);
             if (!valid) {
                 return valid;
             }
@@ -189,6 +183,39 @@ Result<void> EmbreeBackend::Impl::check_geometry(
                 std::to_string(piece.first) + " to " +
                 std::to_string(std::uint64_t{piece.first} + piece.count) + ", is no run of item " +
                 std::to_string(index_of(piece.item))
+            );
+        }
+    }
+    for (std::uint32_t i = 0; i < command.selection_count; ++i) {
+        if (Result<void> valid = check_selection(plan, pass, index, command.first_selection + i);
+            !valid) {
+            return valid;
+        }
+    }
+    return {};
+}
+
+Result<void> EmbreeBackend::Impl::check_selection(
+    const FramePlan& plan, std::size_t pass, std::uint32_t command, std::uint32_t index
+) const {
+    const Selection& selection = plan.selections[index];
+    const auto refused = [&](const std::string& what) {
+        return invalid(
+            command_name(pass, command) + ": selections[" + std::to_string(index) + "] " + what
+        );
+    };
+    const std::size_t item = index_of(selection.item);
+    if (item >= scene->items().size()) {
+        return refused(
+            "is of item " + std::to_string(item) + " of " + std::to_string(scene->items().size())
+        );
+    }
+    for (const std::uint32_t primitive :
+         std::span(plan.selected).subspan(selection.first, selection.count)) {
+        if (!scene->has_primitive(selection.item, primitive)) {
+            return refused(
+                "has primitive " + std::to_string(primitive) + " of item " + std::to_string(item) +
+                ", which has none of that number"
             );
         }
     }
@@ -226,10 +253,11 @@ EmbreeBackend::Impl::check_images(const FramePlan& plan, std::size_t pass, std::
 
 /// Ends the phase that takes in commands and begins another.
 void EmbreeBackend::Impl::close_phase(const Pass& pass, Phase& phase) {
-    add_split_draws(*scene, pass, work);
+    add_listed_draws(*scene, pass, work);
     phase.draw_count = static_cast<std::uint32_t>(work.draws.size()) - phase.first_draw;
     phase.quad_count = static_cast<std::uint32_t>(work.quads.size()) - phase.first_quad;
-    if (phase.draw_count + phase.quad_count > 0) {
+    phase.flat_count = static_cast<std::uint32_t>(work.flats.size()) - phase.first_flat;
+    if (phase.draw_count + phase.quad_count + phase.flat_count > 0) {
         // Nearest first, so that what lies behind is not looked at; equal ones in the plan's order.
         std::sort(
             work.draws.begin() + phase.first_draw,
@@ -246,18 +274,22 @@ void EmbreeBackend::Impl::close_phase(const Pass& pass, Phase& phase) {
     }
     phase.first_draw = static_cast<std::uint32_t>(work.draws.size());
     phase.first_quad = static_cast<std::uint32_t>(work.quads.size());
+    phase.first_flat = static_cast<std::uint32_t>(work.flats.size());
 }
 
 void EmbreeBackend::Impl::add_commands(const FramePlan& plan, const Pass& pass) {
     Phase phase;
     phase.first_draw = static_cast<std::uint32_t>(work.draws.size());
     phase.first_quad = static_cast<std::uint32_t>(work.quads.size());
+    phase.first_flat = static_cast<std::uint32_t>(work.flats.size());
+    const std::vector<glm::vec2>& samples =
+        places[static_cast<std::size_t>(work.passes.back().samples)];
     bool shows = false;  // something but masks in this phase
     bool writes = false; // depths of quads
     for (std::uint32_t c = 0; c < pass.command_count; ++c) {
         const Command& command = plan.commands[pass.first_command + c];
         const std::uint32_t order = c + 1;
-        const bool cast = !draws_images(command);
+        const bool cast = draws_geometry(command);
         if (cast && (writes || (shows && command.kind == Command::Kind::mask))) {
             close_phase(pass, phase);
             shows = false;
@@ -270,6 +302,14 @@ void EmbreeBackend::Impl::add_commands(const FramePlan& plan, const Pass& pass) 
         shows = true;
         if (command.kind == Command::Kind::geometry) {
             add_draws(*scene, plan, pass, command, order, work);
+            continue;
+        }
+        if (command.kind == Command::Kind::splats) {
+            add_splats(plan, pass, command, order, samples, work);
+            continue;
+        }
+        if (command.kind == Command::Kind::cubes) {
+            add_cubes(plan, pass, command, order, work);
             continue;
         }
         writes = writes || command.kind == Command::Kind::image_depths;
@@ -302,6 +342,7 @@ void EmbreeBackend::Impl::add_pass(
         next.keeps_depth = copy != nullptr && copy->depth;
     }
     next.first_phase = static_cast<std::uint32_t>(work.phases.size());
+    next.first_flat = static_cast<std::uint32_t>(work.flats.size());
     add_view(next);
     work.passes.push_back(next);
     add_commands(plan, pass);

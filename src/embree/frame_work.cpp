@@ -7,8 +7,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace farfield::embree {
 
@@ -78,6 +80,47 @@ class Outline {
     double farthest_ = -std::numeric_limits<double>::infinity();
     glm::dvec2 lo_{std::numeric_limits<double>::infinity()};
     glm::dvec2 hi_{-std::numeric_limits<double>::infinity()};
+};
+
+/// Coordinates of a parallelogram from a corner o along u and v, all in camera axes, relative to
+/// the eye. With x and y [px] of the target, they are (u.x + u.y x + u.z y) / (w.x + w.y x + w.z
+/// y), and likewise v, in [0, 1] each; w is 1 over the distance along the view direction.
+struct PlaneCoordinates {
+    glm::dvec3 u{0.0};
+    glm::dvec3 v{0.0};
+    glm::dvec3 w{0.0};
+    bool seen = false; ///< not edge on
+
+    PlaneCoordinates(
+        const Pass& pass,
+        const glm::dvec3& origin,
+        const glm::dvec3& edge_u,
+        const glm::dvec3& edge_v
+    ) noexcept {
+        // A ray d meets the plane at o + a u + b v = t d: the rows of the inverse of (u, v, o) give
+        // a / t, b / t and 1 / t, each linear in d.
+        const double volume = glm::dot(edge_u, glm::cross(edge_v, origin));
+        seen = volume != 0.0 && std::isfinite(volume);
+        if (!seen) {
+            return;
+        }
+        // d = (x, y, -1) with x and y linear in pixels of the target.
+        const Lens& lens = pass.view.lens;
+        const glm::dvec2 tangents = 1.0 / pixels_per_tangent(pass.view);
+        const double x0 = lens.left - pass.viewport.x * tangents.x;
+        const double y0 = lens.bottom - pass.viewport.y * tangents.y;
+        const auto in_pixels = [&](const glm::dvec3& row) {
+            const glm::dvec3 scaled = row / volume;
+            return glm::dvec3(
+                scaled.x * x0 + scaled.y * y0 - scaled.z,
+                scaled.x * tangents.x,
+                scaled.y * tangents.y
+            );
+        };
+        u = in_pixels(glm::cross(edge_v, origin));
+        v = in_pixels(glm::cross(origin, edge_u));
+        w = in_pixels(glm::cross(edge_u, edge_v));
+    }
 };
 
 /// An item as a pass sees it.
@@ -313,6 +356,115 @@ void add_cells(std::size_t first, std::size_t last, FrameWork& work) {
     }
 }
 
+bool covers_any(const Flat& flat, std::span<const glm::vec2> places) noexcept {
+    const Region& around = flat.around;
+    for (std::int32_t y = around.y; y < around.y + around.height; ++y) {
+        for (std::int32_t x = around.x; x < around.x + around.width; ++x) {
+            for (const glm::vec2& place : places) {
+                if (flat.square.covers(glm::dvec2(x, y) + glm::dvec2(place))) {
+                    return true;
+                }
+            }
+        }
+    }
+    return false;
+}
+
+void cut_into_tiles(FrameWork& work) {
+    const auto pass = static_cast<std::uint32_t>(work.passes.size() - 1);
+    const Region& scissor = work.passes.back().pass->scissor;
+    const std::int32_t right = scissor.x + scissor.width;
+    const std::int32_t top = scissor.y + scissor.height;
+    for (std::int32_t y = scissor.y; y < top; y += kTile) {
+        for (std::int32_t x = scissor.x; x < right; x += kTile) {
+            work.tiles.push_back(
+                {.pass = pass,
+                 .region = {x, y, std::min(kTile, right - x), std::min(kTile, top - y)}}
+            );
+        }
+    }
+}
+
+/// Lists for the tiles of the last pass what they may show of its splats and faces.
+void list_flats(std::span<TileTask> tiles, FrameWork& work) {
+    const PassWork& pass = work.passes.back();
+    const Region& scissor = pass.pass->scissor;
+    const std::int32_t columns = (scissor.width + kTile - 1) / kTile;
+    const auto flats = std::span<const Flat>(work.flats).subspan(pass.first_flat);
+    const auto for_tiles = [&](const Flat& flat, const auto& visit) {
+        const Region& around = flat.around;
+        const std::int32_t left = (around.x - scissor.x) / kTile;
+        const std::int32_t bottom = (around.y - scissor.y) / kTile;
+        const std::int32_t right = (around.x + around.width - 1 - scissor.x) / kTile;
+        const std::int32_t top = (around.y + around.height - 1 - scissor.y) / kTile;
+        for (std::int32_t row = bottom; row <= top; ++row) {
+            for (std::int32_t column = left; column <= right; ++column) {
+                visit(tiles[static_cast<std::size_t>(row * columns + column)]);
+            }
+        }
+    };
+    for (const Flat& flat : flats) {
+        for_tiles(flat, [](TileTask& tile) { ++tile.flat_count; });
+    }
+    auto next = static_cast<std::uint32_t>(work.listed_flats.size());
+    for (TileTask& tile : tiles) {
+        tile.first_flat = next;
+        next += std::exchange(tile.flat_count, 0U);
+    }
+    work.listed_flats.resize(next);
+    for (std::size_t i = 0; i < flats.size(); ++i) {
+        for_tiles(flats[i], [&](TileTask& tile) {
+            work.listed_flats[tile.first_flat + tile.flat_count++] =
+                pass.first_flat + static_cast<std::uint32_t>(i);
+        });
+    }
+}
+
+/// Lists the runs of triangles of a selection.
+void list_selection(
+    const CastScene& scene,
+    const FramePlan& plan,
+    const Selection& selection,
+    std::uint32_t use,
+    FrameWork& work
+) {
+    const auto item = static_cast<std::uint32_t>(index_of(selection.item));
+    const Surface& surface = *scene.items()[item].surface;
+    constexpr std::uint32_t kBits = 64;
+    const std::size_t words = surface.indices.size() / 3 / kBits + 1;
+    if (work.marked.size() < words) {
+        work.marked.resize(words, 0);
+    }
+    // Marked first, so that runs come out in order without a sort.
+    std::uint32_t lowest = UINT32_MAX;
+    std::uint32_t highest = 0;
+    for (std::uint32_t i = 0; i < selection.count; ++i) {
+        const std::uint32_t primitive = plan.selected[selection.first + i];
+        const std::uint32_t triangle =
+            surface.triangle_of.empty() ? primitive : surface.triangle_of[primitive];
+        work.marked[triangle / kBits] |= std::uint64_t{1} << (triangle % kBits);
+        lowest = std::min(lowest, triangle / kBits);
+        highest = std::max(highest, triangle / kBits);
+    }
+    bool open = false; // the last run goes on
+    for (std::uint32_t word = lowest; selection.count > 0 && word <= highest; ++word) {
+        std::uint64_t rest = std::exchange(work.marked[word], 0);
+        open = open && (rest & 1U) != 0;
+        while (rest != 0) {
+            const auto begin = static_cast<std::uint32_t>(std::countr_zero(rest));
+            const auto length = static_cast<std::uint32_t>(std::countr_one(rest >> begin));
+            const std::uint32_t first = word * kBits + begin;
+            if (open && begin == 0) {
+                work.listed.back().end_triangle += length;
+            } else {
+                work.listed.push_back({item, first, first + length, use});
+            }
+            open = begin + length == kBits;
+            rest = open ? 0 : rest >> (begin + length) << (begin + length);
+        }
+    }
+}
+
 } // namespace
 
 void FrameWork::clear() noexcept {
@@ -325,6 +477,9 @@ void FrameWork::clear() noexcept {
     clips.clear();
     listed.clear();
     quads.clear();
+    flats.clear();
+    faces.clear();
+    listed_flats.clear();
     tiles.clear();
 }
 
@@ -375,9 +530,12 @@ void add_draws(
             {static_cast<std::uint32_t>(index_of(piece.item)), first, first + piece.count, draw.use}
         );
     }
+    for (std::uint32_t i = 0; i < command.selection_count; ++i) {
+        list_selection(scene, plan, plan.selections[command.first_selection + i], draw.use, work);
+    }
 }
 
-void add_split_draws(const CastScene& scene, const Pass& pass, FrameWork& work) {
+void add_listed_draws(const CastScene& scene, const Pass& pass, FrameWork& work) {
     std::sort(work.listed.begin(), work.listed.end(), [](const ListedRun& a, const ListedRun& b) {
         return a.item != b.item ? a.item < b.item : a.first_triangle < b.first_triangle;
     });
@@ -440,15 +598,10 @@ void add_quad(
     const glm::dvec3 o = world_to_camera * (glm::dvec3(quad.origin) - eye);
     const glm::dvec3 u = world_to_camera * glm::dvec3(quad.edge_u);
     const glm::dvec3 v = world_to_camera * glm::dvec3(quad.edge_v);
-    // A ray d meets the quad's plane at o + a u + b v = t d: the rows of the inverse of (u, v, o)
-    // give a / t, b / t and 1 / t, each linear in d.
-    const double volume = glm::dot(u, glm::cross(v, o));
-    if (volume == 0.0 || !std::isfinite(volume)) {
-        return; // seen edge on
+    const PlaneCoordinates plane(pass, o, u, v);
+    if (!plane.seen) {
+        return;
     }
-    const glm::dvec3 row_a = glm::cross(v, o) * (quad.source.width / volume);
-    const glm::dvec3 row_b = glm::cross(o, u) * (quad.source.height / volume);
-    const glm::dvec3 row_w = glm::cross(u, v) / volume;
     PassQuad seen;
     Outline outline(pass);
     for (const glm::dvec3& point : {o, o + u, o + v, o + u + v}) {
@@ -458,16 +611,9 @@ void add_quad(
     if (outline.farthest() <= 0.0 || seen.around.width <= 0 || seen.around.height <= 0) {
         return;
     }
-    // d = (x, y, -1) with x and y linear in pixels of the target.
-    const glm::dvec2 tangents = 1.0 / pixels_per_tangent(view);
-    const double x0 = view.lens.left - pass.viewport.x * tangents.x;
-    const double y0 = view.lens.bottom - pass.viewport.y * tangents.y;
-    const auto in_pixels = [&](const glm::dvec3& row) {
-        return glm::dvec3(row.x * x0 + row.y * y0 - row.z, row.x * tangents.x, row.y * tangents.y);
-    };
-    seen.u = in_pixels(row_a);
-    seen.v = in_pixels(row_b);
-    seen.w = in_pixels(row_w);
+    seen.u = plane.u * double(quad.source.width);
+    seen.v = plane.v * double(quad.source.height);
+    seen.w = plane.w;
     seen.page = &page;
     seen.source = quad.source;
     seen.stands = command.depth;
@@ -484,18 +630,75 @@ void add_quad(
     work.quads.push_back(seen);
 }
 
-void add_tiles(FrameWork& work) {
-    const auto pass = static_cast<std::uint32_t>(work.passes.size() - 1);
-    const Region& scissor = work.passes.back().pass->scissor;
-    const std::int32_t right = scissor.x + scissor.width;
-    const std::int32_t top = scissor.y + scissor.height;
-    for (std::int32_t y = scissor.y; y < top; y += kTile) {
-        for (std::int32_t x = scissor.x; x < right; x += kTile) {
-            work.tiles.push_back(
-                {pass, {x, y, std::min(kTile, right - x), std::min(kTile, top - y)}}
-            );
+void add_splats(
+    const FramePlan& plan,
+    const Pass& pass,
+    const Command& command,
+    std::uint32_t order,
+    std::span<const glm::vec2> places,
+    FrameWork& work
+) {
+    const gpu::SplatView view(pass, plan.origin);
+    Flat flat;
+    flat.order = order;
+    for (const Splat& splat : std::span(plan.splats).subspan(command.first, command.count)) {
+        if (splat.color.a == 0 || !view.place(splat, flat.square)) {
+            continue;
+        }
+        flat.around = places.size() > 1 ? view.touched(flat.square)
+                                        : view.covered(flat.square, glm::dvec2(places[0]));
+        if (flat.around.width <= 0 || flat.around.height <= 0) {
+            continue;
+        }
+        // Most splats are smaller than a pixel, and many of these cover no sample.
+        constexpr std::uint64_t kFew = 4;
+        if (places.size() > 1 && area(flat.around) <= kFew && !covers_any(flat, places)) {
+            continue;
+        }
+        flat.color = splat.color;
+        work.flats.push_back(flat);
+    }
+}
+
+void add_cubes(
+    const FramePlan& plan,
+    const Pass& pass,
+    const Command& command,
+    std::uint32_t order,
+    FrameWork& work
+) {
+    const glm::dmat3 world_to_camera = glm::transpose(pass.view.camera_to_world);
+    const glm::dvec3 eye = pass.view.eye - plan.origin;
+    for (const ShownCube& cube : std::span(plan.cubes).subspan(command.first, command.count)) {
+        const gpu::SeenFaces seen = gpu::seen_faces(cube, plan.cube_frames[cube.frame], eye);
+        for (const gpu::CubeFace& face : std::span(seen.faces).first(seen.count)) {
+            const glm::dvec3 o = world_to_camera * face.origin;
+            const glm::dvec3 u = world_to_camera * face.edge_u;
+            const glm::dvec3 v = world_to_camera * face.edge_v;
+            const PlaneCoordinates plane(pass, o, u, v);
+            Outline outline(pass);
+            for (const glm::dvec3& point : {o, o + u, o + v, o + u + v}) {
+                outline.add(point);
+            }
+            Flat flat;
+            flat.around = outline.around();
+            if (!plane.seen || outline.farthest() < pass.view.lens.near_distance ||
+                flat.around.width <= 0 || flat.around.height <= 0) {
+                continue;
+            }
+            flat.order = order;
+            flat.face = static_cast<std::uint32_t>(work.faces.size());
+            flat.color = face.color;
+            work.faces.push_back({plane.u, plane.v, plane.w});
+            work.flats.push_back(flat);
         }
     }
+}
+
+void add_tiles(FrameWork& work) {
+    const std::size_t first_tile = work.tiles.size();
+    cut_into_tiles(work);
+    list_flats(std::span(work.tiles).subspan(first_tile), work);
 }
 
 } // namespace farfield::embree

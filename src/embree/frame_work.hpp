@@ -2,6 +2,7 @@
 
 #include "embree/cast_scene.hpp"
 #include "embree/memory.hpp"
+#include <farfield/gpu/cell_shapes.hpp>
 #include <farfield/gpu/frame_plan.hpp>
 #include <farfield/gpu/plan_rules.hpp>
 #include <farfield/image/position_picture.hpp>
@@ -127,15 +128,38 @@ struct PassQuad {
     std::uint32_t node = UINT32_MAX;
 };
 
-/// Commands that are carried out together: one cast for all of their geometry, then their quads.
-/// Of the geometry only the nearest counts, and of the quads those that come after it: the result
-/// is that of one command after the other. Only masks must come before all else, and nothing is
-/// cast after depths of quads.
+/// A face of a cube as one pass sees it: a square whose own coordinates, in [0, 1) each, are as
+/// those of a `PassQuad`.
+struct PassFace {
+    glm::dvec3 u{0.0};
+    glm::dvec3 v{0.0};
+    glm::dvec3 w{0.0};
+};
+
+/// Something in one colour that a pass shows: a splat, or a face of a cube.
+struct Flat {
+    static constexpr std::uint32_t kNoFace = UINT32_MAX;
+
+    /// [px] of the target: where it may cover samples, and of one sample a pixel does, if it is a
+    /// splat
+    Region around;
+    gpu::SplatSquare square; ///< of a splat
+    std::uint32_t order = 0;
+    std::uint32_t face = kNoFace; ///< into `FrameWork::faces`
+    glm::vec<4, std::uint8_t> color{0};
+};
+
+/// Commands that are carried out together: one cast for all of their geometry, then their quads,
+/// splats and cubes. Of the geometry only the nearest counts, and of the others those that come
+/// after it: the result is that of one command after the other. Only masks must come before all
+/// else, and nothing is cast after depths of quads.
 struct Phase {
     std::uint32_t first_draw = 0; ///< into `FrameWork::draws`, the nearest first
     std::uint32_t draw_count = 0;
     std::uint32_t first_quad = 0; ///< into `FrameWork::quads`, in order
     std::uint32_t quad_count = 0;
+    std::uint32_t first_flat = 0; ///< into `FrameWork::flats`, in order
+    std::uint32_t flat_count = 0;
 };
 
 /// A pass, with all that its tiles need.
@@ -152,12 +176,16 @@ struct PassWork {
     glm::vec3 direction_dy{0.0F};
     std::uint32_t first_phase = 0; ///< into `FrameWork::phases`
     std::uint32_t phase_count = 0;
+    std::uint32_t first_flat = 0; ///< into `FrameWork::flats`
 };
 
 /// A part of a pass that one thread draws.
 struct TileTask {
     std::uint32_t pass = 0; ///< into `FrameWork::passes`
     Region region;          ///< [px] of the target
+    /// Into `FrameWork::listed_flats`: those that it may show, in order.
+    std::uint32_t first_flat = 0;
+    std::uint32_t flat_count = 0;
 };
 
 /// All that is drawn in one batch of a plan.
@@ -170,11 +198,15 @@ struct FrameWork {
     std::vector<DepthRange> depths;
     std::vector<Box3f> clips; ///< relative to the eye, in the world's axes
     std::vector<PassQuad> quads;
+    std::vector<Flat> flats;
+    std::vector<PassFace> faces;
+    std::vector<std::uint32_t> listed_flats;
     std::vector<TileTask> tiles;
 
     // Of the phase that takes in commands.
     std::vector<ListedRun> listed;
-    std::vector<ListedRun> open; ///< where cells are made: runs that hold the next triangle
+    std::vector<ListedRun> open;       ///< where cells are made: runs that hold the next triangle
+    std::vector<std::uint64_t> marked; ///< a bit for each triangle that is selected; else 0
 
     void clear() noexcept;
 };
@@ -185,7 +217,7 @@ inline constexpr std::int32_t kTile = 32;
 /// Where a pass draws, before its commands are looked at.
 void add_view(PassWork& pass) noexcept;
 
-/// Adds items of a command as draws, and lists its pieces.
+/// Adds items of a command as draws, and lists its pieces and selections.
 void add_draws(
     const CastScene& scene,
     const FramePlan& plan,
@@ -195,8 +227,8 @@ void add_draws(
     FrameWork& work
 );
 
-/// Adds a draw for every split item of which pieces were listed, and empties the list.
-void add_split_draws(const CastScene& scene, const Pass& pass, FrameWork& work);
+/// Adds a draw for every item of which triangles were listed, and empties the list.
+void add_listed_draws(const CastScene& scene, const Pass& pass, FrameWork& work);
 
 /// Adds a quad of a command, unless it cannot be seen.
 void add_quad(
@@ -209,7 +241,27 @@ void add_quad(
     FrameWork& work
 );
 
-/// Cuts the last pass into tiles.
+/// Adds the splats of a command that cover samples.
+/// @param places of the samples of a pixel
+void add_splats(
+    const FramePlan& plan,
+    const Pass& pass,
+    const Command& command,
+    std::uint32_t order,
+    std::span<const glm::vec2> places,
+    FrameWork& work
+);
+
+/// Adds the faces that are seen of the cubes of a command.
+void add_cubes(
+    const FramePlan& plan,
+    const Pass& pass,
+    const Command& command,
+    std::uint32_t order,
+    FrameWork& work
+);
+
+/// Cuts the last pass into tiles, and lists for each what it may show of splats and cubes.
 void add_tiles(FrameWork& work);
 
 } // namespace farfield::embree

@@ -293,8 +293,20 @@ void blend_tile(
     const TileTask& task,
     const Phase& phase,
     std::span<const glm::vec2> places,
+    std::uint32_t& next_flat,
     TileBuffer& tile
 ) noexcept {
+    const auto flats = std::span(work.listed_flats).subspan(task.first_flat, task.flat_count);
+    const std::uint32_t flats_end = phase.first_flat + phase.flat_count;
+    const auto blend_flats_before = [&](std::uint32_t order) {
+        for (; next_flat < flats.size() && flats[next_flat] < flats_end; ++next_flat) {
+            const Flat& flat = work.flats[flats[next_flat]];
+            if (flat.order >= order) {
+                return;
+            }
+            blend_flat(work, task, flat, places, tile);
+        }
+    };
     const BlendQuad blend_quad = fastest_blend_quad();
     const QuadDepthWork depth_work = fastest_depth_work();
     for (std::uint32_t i = phase.first_quad; i < phase.first_quad + phase.quad_count; ++i) {
@@ -302,6 +314,7 @@ void blend_tile(
         if (!overlaps(shown.around, task.region)) {
             continue;
         }
+        blend_flats_before(shown.order);
         TileQuad quad = quad_in_tile(shown, task.region);
         if (places.size() > 1) {
             find_rim(quad);
@@ -325,6 +338,7 @@ void blend_tile(
             show_positions(shown, quad, tile);
         }
     }
+    blend_flats_before(UINT32_MAX);
 }
 
 } // namespace farfield::embree

@@ -229,10 +229,11 @@ void draw_tile(
     } else {
         load_tile(pass, task.region, tile);
     }
+    std::uint32_t next_flat = 0;
     for (std::uint32_t i = 0; i < pass.phase_count; ++i) {
         const Phase& phase = work.phases[pass.first_phase + i];
         cast_tile(scene, work, task, phase, places, workspace);
-        blend_tile(work, task, phase, places, tile);
+        blend_tile(work, task, phase, places, next_flat, tile);
         if (i + 1 < pass.phase_count) {
             tile.orders.fill(0);
             std::fill(tile.sample_orders.begin(), tile.sample_orders.end(), 0U);

@@ -77,11 +77,23 @@ void cast_tile(
     Workspace& workspace
 ) noexcept;
 
-/// The part of a phase's images.
+/// The part of a phase's images, splats and cubes.
+/// @param next_flat of those that the tile lists: the first that is not yet drawn
 void blend_tile(
     const FrameWork& work,
     const TileTask& task,
     const Phase& phase,
+    std::span<const glm::vec2> places,
+    std::uint32_t& next_flat,
+    TileBuffer& tile
+) noexcept;
+
+/// Blends a splat or a face over what nothing hides it in. A splat of at least half an alpha owns
+/// its pixel, and of its points nothing is known.
+void blend_flat(
+    const FrameWork& work,
+    const TileTask& task,
+    const Flat& flat,
     std::span<const glm::vec2> places,
     TileBuffer& tile
 ) noexcept;

@@ -419,6 +419,15 @@ inline void check_conformance(Backend& backend, const SmallWorld& world) {
     SECTION("pages keep depth, and images are drawn with it") {
         check_depths(backend);
     }
+    SECTION("splats, cubes and single primitives, in targets of one sample and of several") {
+        for (const int samples : {1, std::min(4, backend.limits().samples)}) {
+            const auto target = backend.create_target(kFrameSize, kFrameSize, samples);
+            REQUIRE(target.has_value());
+            require_executed(backend, plan_with_cells(), *target);
+            require_executed(backend, plan_with_image(), *target);
+            require_executed(backend, plan_with_cells(), *target);
+        }
+    }
     SECTION("plain geometry, in either order, with and without a clear") {
         const auto target = backend.create_target(160, 120, 1);
         REQUIRE(target.has_value());
