@@ -16,7 +16,7 @@ build=(
     libglm-dev libexpected-dev
     libtinygltf-dev libpng-dev libmeshoptimizer-dev
     libepoxy-dev libegl-dev libgl-dev libopengl-dev libgl1-mesa-dri
-    libembree-dev
+    libembree-dev libtbb-dev
     nlohmann-json3-dev libcli11-dev
     catch2 libbenchmark-dev
 )

@@ -4,6 +4,7 @@
 
 #include <farfield/core/assert.hpp>
 #include <farfield/core/error.hpp>
+#include <farfield/core/executor.hpp>
 #include <farfield/core/ids.hpp>
 #include <farfield/core/result.hpp>
 #include <farfield/gpu/backend.hpp>
@@ -15,9 +16,13 @@
 #include <farfield/gpu/plan_rules.hpp>
 #include <farfield/gpu/plan_work.hpp>
 #include <farfield/image/atlas.hpp>
+#include <farfield/image/build_color_cubes.hpp>
+#include <farfield/image/color_cube.hpp>
+#include <farfield/image/color_cube_model.hpp>
 #include <farfield/image/picture.hpp>
 #include <farfield/image/position_picture.hpp>
 #include <farfield/image/region.hpp>
+#include <farfield/image/surface_sampler.hpp>
 #include <farfield/math/box3.hpp>
 #include <farfield/math/frustum.hpp>
 #include <farfield/math/plane.hpp>
@@ -48,6 +53,7 @@
 #include <farfield/policy/lifespan.hpp>
 #include <farfield/policy/placement_benefit.hpp>
 #include <farfield/scene/scene.hpp>
+#include <farfield/technique/color_cubes.hpp>
 #include <farfield/technique/culled_geometry.hpp>
 #include <farfield/technique/image_cache.hpp>
 #include <farfield/technique/image_cache_options.hpp>

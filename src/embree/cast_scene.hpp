@@ -128,6 +128,7 @@ class CastScene {
     /// The run that holds a piece as a whole, or null for a piece that is none.
     [[nodiscard]] const SplitRun* run_of(const Piece& piece) const noexcept;
 
+    [[nodiscard]] RTCDevice device() const noexcept { return device_.get(); }
     [[nodiscard]] const glm::vec3& to_light() const noexcept { return to_light_; } ///< unit
     [[nodiscard]] float ambient() const noexcept { return ambient_; }
     [[nodiscard]] std::uint64_t bytes() const noexcept;

@@ -26,17 +26,22 @@ SeenFaces
 seen_faces(const ShownCube& cube, const glm::mat3& frame, const glm::dvec3& eye) noexcept {
     SeenFaces seen;
     const glm::dvec3 center = glm::dvec3(cube.center) - eye;
-    const double half = 0.5 * double{cube.edge};
+    const glm::dvec3 half = 0.5 * glm::dvec3(cube.size);
     for (int axis = 0; axis < 3; ++axis) {
         const glm::vec<4, std::uint8_t>& color = cube.faces[static_cast<std::size_t>(axis)];
         const glm::dvec3 normal(frame[axis]);
         const double side = -glm::dot(normal, center); // of the centre that the eye is on
-        if (color.a == 0 || !(std::abs(side) > half) || half == 0.0) {
+        if (color.a == 0 || !(std::abs(side) > half[axis])) {
             continue;
         }
-        const glm::dvec3 u = glm::dvec3(frame[(axis + 1) % 3]) * half;
-        const glm::dvec3 v = glm::dvec3(frame[(axis + 2) % 3]) * half;
-        const glm::dvec3 middle = center + normal * (side > 0.0 ? half : -half);
+        const int next = (axis + 1) % 3;
+        const int last = (axis + 2) % 3;
+        const glm::dvec3 u = glm::dvec3(frame[next]) * half[next];
+        const glm::dvec3 v = glm::dvec3(frame[last]) * half[last];
+        if (half[next] == 0.0 || half[last] == 0.0) {
+            continue;
+        }
+        const glm::dvec3 middle = center + normal * (side > 0.0 ? half[axis] : -half[axis]);
         seen.faces[seen.count++] = {middle - u - v, 2.0 * u, 2.0 * v, color};
     }
     return seen;

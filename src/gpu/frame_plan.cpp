@@ -97,7 +97,7 @@ void add_cells(const FramePlan& plan, Digest& digest) noexcept {
     digest.add(std::uint64_t{plan.cubes.size()});
     for (const ShownCube& cube : plan.cubes) {
         digest.add(cube.center);
-        digest.add(cube.edge);
+        digest.add(cube.size);
         digest.add(cube.frame);
         for (const glm::vec<4, std::uint8_t>& face : cube.faces) {
             digest.add(face);

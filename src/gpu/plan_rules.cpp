@@ -186,8 +186,8 @@ Result<void> check_cubes(const FramePlan& plan) {
     }
     for (std::size_t i = 0; i < plan.cubes.size(); ++i) {
         const ShownCube& cube = plan.cubes[i];
-        const bool valid = is_finite(cube.center) && is_size(cube.edge) &&
-                           cube.frame < plan.cube_frames.size() &&
+        const bool valid = is_finite(cube.center) && is_size(cube.size.x) && is_size(cube.size.y) &&
+                           is_size(cube.size.z) && cube.frame < plan.cube_frames.size() &&
                            std::all_of(cube.faces.begin(), cube.faces.end(), is_premultiplied);
         if (valid) {
             continue;
@@ -196,8 +196,11 @@ Result<void> check_cubes(const FramePlan& plan) {
         if (!is_finite(cube.center)) {
             return invalid(name + " has a centre that is not finite");
         }
-        if (!is_size(cube.edge)) {
-            return invalid(name + " has edges of " + std::to_string(cube.edge) + " m");
+        if (!is_size(cube.size.x) || !is_size(cube.size.y) || !is_size(cube.size.z)) {
+            return invalid(
+                name + " has edges of " + std::to_string(cube.size.x) + ", " +
+                std::to_string(cube.size.y) + " and " + std::to_string(cube.size.z) + " m"
+            );
         }
         if (cube.frame >= plan.cube_frames.size()) {
             return invalid(

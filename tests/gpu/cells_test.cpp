@@ -382,7 +382,7 @@ TEST_CASE("Splats are blended one over the other in the order of the plan") {
         plan.cube_frames = {glm::mat3(1.0F)};
         ShownCube cube;
         cube.center = {-2.0F, -2.0F, 0.0F};
-        cube.edge = 1.0F;
+        cube.size = glm::vec3(1.0F);
         cube.faces.fill(kWhiteCell);
         add_cubes(plan, {cube});
         add_splats(plan, {blue});
@@ -410,8 +410,8 @@ TEST_CASE("Splats and cubes test depth and do not write it") {
                 if (cubes) {
                     plan.cube_frames = {glm::mat3(1.0F)};
                     ShownCube cube;
-                    cube.edge = 3.0F;
-                    cube.center = {2.0F, 0.0F, z - 0.5F * cube.edge};
+                    cube.size = glm::vec3(3.0F);
+                    cube.center = {2.0F, 0.0F, z - 0.5F * cube.size.z};
                     cube.faces.fill(kBlueCell);
                     add_cubes(plan, {cube});
                 } else {
@@ -467,13 +467,13 @@ TEST_CASE("Cubes show the faces that the eye is in front of") {
                              const glm::dvec3& direction) -> std::optional<int> {
         const glm::dvec3 from = glm::transpose(frame) * (eye - glm::dvec3(cube.center));
         const glm::dvec3 along = glm::transpose(frame) * direction;
-        const double half = 0.5 * double{cube.edge};
+        const glm::dvec3 half = 0.5 * glm::dvec3(cube.size);
         double enter = -std::numeric_limits<double>::infinity();
         double leave = std::numeric_limits<double>::infinity();
         int axis = 0;
         for (int a = 0; a < 3; ++a) {
-            const double t0 = (-half - from[a]) / along[a];
-            const double t1 = (half - from[a]) / along[a];
+            const double t0 = (-half[a] - from[a]) / along[a];
+            const double t1 = (half[a] - from[a]) / along[a];
             if (std::min(t0, t1) > enter) {
                 enter = std::min(t0, t1);
                 axis = a;
@@ -499,7 +499,11 @@ TEST_CASE("Cubes show the faces that the eye is in front of") {
                 point_at(view, random.uniform(10.0, 80.0), random.uniform(10.0, 45.0), depth) -
                 origin
             );
-            cube.edge = static_cast<float>(random.uniform(0.1, 0.7) * depth);
+            cube.size = glm::vec3(
+                static_cast<float>(random.uniform(0.1, 0.7) * depth),
+                static_cast<float>(random.uniform(0.1, 0.7) * depth),
+                static_cast<float>(random.uniform(0.1, 0.7) * depth)
+            );
             cube.faces = {kRedCell, kGreenCell, kBlueCell};
             add_cubes(plan, {cube});
             const Picture picture = draw(drawer->backend(), plan, view.width, view.height);
@@ -544,7 +548,7 @@ TEST_CASE("A cube shows no face of an axis between whose planes the eye is") {
     const auto picture_of = [&](const glm::vec3& center, float edge) {
         ShownCube cube;
         cube.center = center;
-        cube.edge = edge;
+        cube.size = glm::vec3(edge);
         cube.faces = {kRedCell, kGreenCell, kBlueCell};
         return draw(drawer->backend(), cube_plan({cube}), kSize, kSize);
     };
@@ -584,7 +588,7 @@ TEST_CASE("A cube that reaches behind the near plane is cut by it") {
     // From z = 4 to 12 and x = 2 to 10: the face at x = 2 passes beside the eye, and fills the
     // columns right of where it is seen at z = 4, half a metre a metre: pixel 48.
     cube.center = {6.0F, 0.0F, 8.0F};
-    cube.edge = 8.0F;
+    cube.size = glm::vec3(8.0F);
     cube.faces = {kRedCell, kGreenCell, kBlueCell};
     const Picture picture = draw(drawer->backend(), cube_plan({cube}), kSize, kSize);
     int wrong = 0;
@@ -619,7 +623,7 @@ TEST_CASE("Cubes have the silhouettes of boxes at several samples") {
         const glm::dmat4x3& world = scene.instances.back().object_to_world;
         ShownCube cube;
         cube.center = glm::vec3(at);
-        cube.edge = static_cast<float>(edge);
+        cube.size = glm::vec3(static_cast<float>(edge));
         cube.frame = static_cast<std::uint32_t>(i);
         cube.faces.fill(kWhiteCell);
         cubes.push_back(cube);
@@ -675,7 +679,7 @@ TEST_CASE("Splats and cubes are drawn into images") {
         plan.cube_frames = {glm::mat3(1.0F)};
         ShownCube cube;
         cube.center = {1.0F, 2.0F, -1.0F};
-        cube.edge = 2.0F;
+        cube.size = glm::vec3(2.0F);
         cube.faces = {kRedCell, kGreenCell, kBlueCell};
         const std::vector<Splat> splats = {
             flat_splat(20.25F, 20.125F, 4.5F, kRedCell),

@@ -120,7 +120,7 @@ inline FramePlan plan_with_cells() {
     plan.cube_frames = {glm::mat3(1.0F)};
     ShownCube cube;
     cube.center = {1.0F, -1.0F, 0.0F};
-    cube.edge = 1.3F;
+    cube.size = glm::vec3(1.3F);
     cube.faces = {{{200, 0, 0, 255}, {0, 150, 0, 255}, {0, 0, 100, 150}}};
     plan.cubes = {cube};
     plan.commands.resize(3);

@@ -27,7 +27,7 @@ FramePlan counted_plan() {
     plan.splats[1] = {{1.0F, 2.0F, 3.0F}, 0.5F, {10, 20, 30, 40}};
     plan.cube_frames = {glm::mat3(1.0F)};
     plan.cubes.resize(1);
-    plan.cubes[0].edge = 1.0F;
+    plan.cubes[0].size = glm::vec3(1.0F);
     plan.commands.resize(3);
     plan.commands[0].selection_count = 2;
     plan.commands[1].kind = Command::Kind::splats;
@@ -69,7 +69,7 @@ TEST_CASE("Empty selections, splats and cubes of no size are nothing wrong") {
               plan.selections[0].count = 0;
               plan.commands[1].count = 0;
               plan.splats[0].side = 0.0F;
-              plan.cubes[0].edge = 0.0F;
+              plan.cubes[0].size = glm::vec3(0.0F);
           }).empty());
 }
 
@@ -113,8 +113,8 @@ TEST_CASE("Splats and cubes that cannot be drawn are named") {
               plan.cubes[0].center.x = kInfinite;
           }) == "plan: cube 0 has a centre that is not finite");
     CHECK(refusal([](FramePlan& plan) {
-              plan.cubes[0].edge = -0.5F;
-          }) == "plan: cube 0 has edges of -0.500000 m");
+              plan.cubes[0].size = glm::vec3(-0.5F);
+          }) == "plan: cube 0 has edges of -0.500000, -0.500000 and -0.500000 m");
     CHECK(refusal([](FramePlan& plan) {
               plan.cubes[0].frame = 1;
           }) == "plan: cube 0 has frame 1 of 1");
@@ -170,7 +170,7 @@ TEST_CASE("Everything that is drawn is in the digest of a plan, and cleared with
     CHECK(changes([](FramePlan& other) { other.splats[2].side = 1.0F; }));
     CHECK(changes([](FramePlan& other) { other.splats[2].color.a = 1; }));
     CHECK(changes([](FramePlan& other) { other.cubes[0].center.x = 1.0F; }));
-    CHECK(changes([](FramePlan& other) { other.cubes[0].edge = 2.0F; }));
+    CHECK(changes([](FramePlan& other) { other.cubes[0].size = glm::vec3(2.0F); }));
     CHECK(changes([](FramePlan& other) { other.cubes[0].frame = 1; }));
     CHECK(changes([](FramePlan& other) { other.cubes[0].faces[1].a = 1; }));
     CHECK(changes([](FramePlan& other) { other.cube_frames[0][2].z = 2.0F; }));

@@ -80,17 +80,17 @@ struct Splat {
 };
 static_assert(sizeof(Splat) == 20);
 
-/// Up to three faces of a cube, each a square in one premultiplied colour.
+/// Up to three faces of a box, each a rectangle in one premultiplied colour.
 ///
 /// Of the two faces normal to axis a, `faces[a]` is the one that the eye of the pass is in front
 /// of. Where the eye is between their planes, or in one of them, that axis shows nothing.
 struct ShownCube {
     glm::vec3 center{0.0F};  ///< [m] relative to `FramePlan::origin`
-    float edge = 0.0F;       ///< [m] >= 0
+    glm::vec3 size{0.0F};    ///< [m] along the axes of the frame, >= 0
     std::uint32_t frame = 0; ///< into `FramePlan::cube_frames`
     std::array<glm::vec<4, std::uint8_t>, 3> faces{glm::vec<4, std::uint8_t>(0)}; ///< by axis
 };
-static_assert(sizeof(ShownCube) == 32);
+static_assert(sizeof(ShownCube) == 40);
 
 /// Single primitives of one item.
 struct Selection {

@@ -20,6 +20,9 @@ struct CostModel {
     /// One sample of one pixel that geometry may cover, apart from its triangles. Nothing to speak
     /// of where triangles are rasterised; nearly all there is where rays are cast.
     double geometry_pixel_s = 0.0;
+    double splat_s = 7.0e-8; ///< one splat, drawn or dropped
+    double cube_s = 1.2e-6;  ///< one cube of up to three faces
+    double cell_s = 2.0e-8;  ///< one cell of a tree visited while planning
 
     friend bool operator==(const CostModel&, const CostModel&) = default;
 };

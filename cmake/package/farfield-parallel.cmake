@@ -1,0 +1,3 @@
+find_dependency(TBB CONFIG)
+
+include("${CMAKE_CURRENT_LIST_DIR}/farfield-parallel-targets.cmake")

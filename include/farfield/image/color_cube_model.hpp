@@ -1,0 +1,120 @@
+#pragma once
+
+#include <farfield/core/ids.hpp>
+#include <farfield/core/result.hpp>
+#include <farfield/image/color_cube.hpp>
+#include <farfield/math/box3.hpp>
+
+#include <glm/ext/matrix_float3x3.hpp>
+#include <glm/vec3.hpp>
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+namespace farfield {
+
+/// A cell of an octree. 8 bytes.
+struct CubeCell {
+    /// Interior: its first child; the children follow each other in the order of their octants.
+    /// Leaf: its first entry of `ColorCubeTree::contents`.
+    std::uint32_t first = 0;
+    std::uint8_t octants = 0; ///< bit i: octant i has contents; none: a leaf
+    /// By axis, in sixteenths of the cell: where its contents begin (low four bits), and where they
+    /// end, less one. Their box is what the colours are of.
+    std::array<std::uint8_t, 3> extent{0xF0, 0xF0, 0xF0};
+
+    friend bool operator==(const CubeCell&, const CubeCell&) = default;
+};
+static_assert(sizeof(CubeCell) == 8);
+
+/// Where the contents of a cell are within it.
+/// @param lo, edge of the cell
+[[nodiscard]] inline Box3f
+contents_box(const CubeCell& cell, const glm::vec3& lo, float edge) noexcept {
+    const float step = edge * (1.0F / 16.0F);
+    const auto& of = cell.extent;
+    return {
+        lo + step * glm::vec3(of[0] & 15U, of[1] & 15U, of[2] & 15U),
+        lo + step * glm::vec3((of[0] >> 4U) + 1U, (of[1] >> 4U) + 1U, (of[2] >> 4U) + 1U)};
+}
+
+/// Children of a cell.
+[[nodiscard]] constexpr std::uint32_t child_count(const CubeCell& cell) noexcept {
+    return static_cast<std::uint32_t>(std::popcount(cell.octants));
+}
+
+/// Triangles of one item that a tree holds one by one.
+struct CubePrimitives {
+    ItemId item = kNone<ItemId>; ///< none: the item of the reference to the tree
+    std::uint32_t first = 0;     ///< number of its triangle 0 among the contents of the tree
+    std::uint32_t count = 0;
+
+    friend bool operator==(const CubePrimitives&, const CubePrimitives&) = default;
+};
+
+/// An octree whose cells have six colours each. Children come after their parent.
+///
+/// The contents of a leaf are the entries from `CubeCell::first` to the first one with the bit
+/// `kLast`. Without that bit an entry is a number: below `reference_count` a reference of the
+/// model, from there on a whole item of `items`, from `reference_count + items.size()` on a
+/// triangle, of which `primitives` tells. What reaches into several leaves is in all of them;
+/// references are in the leaf with their middle alone.
+struct ColorCubeTree {
+    glm::vec3 lo{0.0F};          ///< [m] lower corner of the cube around everything
+    float edge = 0.0F;           ///< [m] > 0
+    std::vector<CubeCell> cells; ///< cell 0 is the root; never empty
+    /// How cells look, by light set and cell: set s of cell c is `cubes[s * cells.size() + c]`.
+    std::vector<ColorCube> cubes;
+    std::uint32_t light_sets = 1;
+    /// By cell: see `oblique_alpha`. Empty: colours are as published, and faces are shown as they
+    /// are from every direction.
+    std::vector<CubeGain> gains;
+    std::vector<std::uint32_t> contents;
+    static constexpr std::uint32_t kLast = 1U << 31U;
+    std::uint32_t reference_count = 0;
+    std::vector<ItemId> items;
+    std::vector<std::uint32_t> item_primitives; ///< triangles that each of `items` costs to draw
+    std::vector<CubePrimitives> primitives;
+    /// [m] how far what references show reaches out of their leaves.
+    float overhang = 0.0F;
+
+    /// What the builder achieved.
+    struct Quality {
+        std::uint32_t depth = 0; ///< levels below the root
+        std::uint32_t leaves = 0;
+    } quality;
+};
+
+/// One appearance of a tree.
+struct CubeReference {
+    ItemId item = kNone<ItemId>; ///< what is drawn where geometry is
+    std::uint32_t tree = 0;      ///< into `ColorCubeModel::trees`, not the last
+    std::uint32_t light_set = 0; ///< of the tree: as the light falls on it here
+    float scale = 1.0F;          ///< > 0
+    glm::mat3 rotation{1.0F};    ///< proper
+    glm::vec3 translation{0.0F}; ///< [m] a point p of the tree is at translation + scale rotation p
+};
+
+/// A scene as octrees of colour cubes: one tree for every shape that is there several times, and
+/// the last one for the whole scene. Plain data, made by `build_color_cubes` or read from a file.
+struct ColorCubeModel {
+    glm::dvec3 origin{0.0}; ///< world position that the last tree and translations are relative to
+    std::vector<ColorCubeTree> trees;
+    std::vector<CubeReference> references; ///< of the last tree
+    std::uint32_t item_count = 0;          ///< of the scene that it is of
+};
+
+/// Bytes held by the arrays.
+[[nodiscard]] std::uint64_t memory_bytes(const ColorCubeTree& tree) noexcept;
+[[nodiscard]] std::uint64_t memory_bytes(const ColorCubeModel& model) noexcept;
+
+/// Checks all that a technique relies on: links, children after parents, each cell in one place,
+/// numbers that exist, lists that end, finite boxes and transforms, proper rotations, colours no
+/// larger than their alpha. For models from files and engines.
+/// @return an error that names the tree, the cell or reference, the field and the value
+/// @par Cost linear
+[[nodiscard]] Result<void> validate(const ColorCubeModel& model);
+
+} // namespace farfield

@@ -1,0 +1,62 @@
+#include <farfield/image/color_cube.hpp>
+
+#include <glm/geometric.hpp>
+#include <glm/vec4.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace farfield {
+
+ColorCube composed(const std::array<ColorCube, 8>& octants) noexcept {
+    ColorCube result;
+    constexpr std::uint32_t kMost = 255;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (const bool positive : {false, true}) {
+            const std::size_t face = face_of(axis, positive);
+            // Sums of four colours, 255 times as large, so that rounding happens once.
+            glm::uvec4 sum(0U);
+            for (std::size_t octant = 0; octant < 8; ++octant) {
+                if (((octant >> axis & 1U) != 0U) != positive) {
+                    continue;
+                }
+                const glm::uvec4 near_color(octants[octant].faces[face]);
+                const glm::uvec4 far_color(octants[octant ^ (std::size_t{1} << axis)].faces[face]);
+                sum += near_color * kMost + far_color * (kMost - near_color.a);
+            }
+            result.faces[face] = glm::u8vec4((sum + kMost * 2) / (kMost * 4));
+        }
+    }
+    return result;
+}
+
+float oblique_alpha(
+    const glm::vec3& alphas, const glm::vec3& direction, const glm::vec3& size, float gain
+) noexcept {
+    // An alpha of 8 bits that says 1 says no more than this.
+    constexpr float kMost = 254.5F / 255.0F;
+    glm::vec3 density(0.0F);
+    float silhouette = 0.0F; // per volume
+    float fourth = 0.0F;
+    for (int axis = 0; axis < 3; ++axis) {
+        const float d = std::abs(direction[axis]);
+        density[axis] = -std::log1p(-std::min(alphas[axis], kMost)) * d / size[axis];
+        silhouette += d / size[axis];
+        fourth += d * d * d * d;
+    }
+    const float factor = 1.0F + (gain - 1.0F) * 1.5F * (1.0F - fourth);
+    return -std::expm1(-factor * glm::length(density) / silhouette);
+}
+
+CubeGain make_gain(float gain, bool sheet) noexcept {
+    const float value = std::clamp(64.0F + 16.0F * std::log2(gain), 0.0F, 127.0F);
+    const auto rounded = static_cast<unsigned>(std::lround(value));
+    return {static_cast<std::uint8_t>(rounded | (sheet ? 0x80U : 0U))};
+}
+
+float gain_of(CubeGain gain) noexcept {
+    return std::exp2((static_cast<float>(gain.stored & 0x7FU) - 64.0F) / 16.0F);
+}
+
+} // namespace farfield

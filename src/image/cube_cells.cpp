@@ -1,0 +1,323 @@
+#include "image/cube_cells.hpp"
+
+#include <farfield/math/triangle_box.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+namespace farfield::image {
+
+namespace {
+
+/// A primitive in a cell, with the part of its cost that this cell has to bear.
+struct Entry {
+    std::uint32_t number = 0;
+    float share = 1.0F;
+};
+
+struct Place {
+    glm::vec3 lo{0.0F};
+    float edge = 0.0F;
+    std::uint32_t depth = 0;
+
+    [[nodiscard]] Place child(unsigned octant) const noexcept {
+        const float half = edge * 0.5F;
+        const glm::vec3 upper(
+            (octant & 1U) != 0U ? half : 0.0F,
+            (octant & 2U) != 0U ? half : 0.0F,
+            (octant & 4U) != 0U ? half : 0.0F
+        );
+        return {lo + upper, half, depth + 1};
+    }
+};
+
+/// Cells of one part of a tree, the root of the part first.
+struct Part {
+    std::vector<CubeCell> cells;
+    std::vector<Box3f> boxes; ///< of the contents of leaves, by cell
+    std::vector<std::uint32_t> contents;
+    ColorCubeTree::Quality quality;
+};
+
+/// A part that is still to be divided.
+struct Task {
+    Place place;
+    std::vector<Entry> entries;
+    std::uint32_t cell = 0; ///< of the part above
+};
+
+class Divider {
+  public:
+    Divider(const CellContents& contents, const ColorCubeOptions& options) noexcept
+        : contents_(&contents), options_(&options) {}
+
+    /// Divides a cell and what it becomes.
+    /// @param tasks where cells are left to others from `leave_at` levels below the root on; null:
+    /// nothing is left
+    void divide(
+        const Place& place,
+        std::vector<Entry> entries,
+        std::uint32_t cell,
+        Part& part,
+        std::vector<Task>* tasks,
+        std::uint32_t leave_at
+    ) const {
+        if (tasks != nullptr && place.depth >= leave_at) {
+            tasks->push_back({place, std::move(entries), cell});
+            return;
+        }
+        std::array<std::vector<Entry>, 8> children;
+        const unsigned octants = part_entries(place, entries, children);
+        if (octants == 0) {
+            part.cells[cell].first = static_cast<std::uint32_t>(part.contents.size());
+            for (const Entry& entry : entries) {
+                part.contents.push_back(entry.number);
+            }
+            part.contents.back() |= ColorCubeTree::kLast;
+            part.boxes[cell] = box_of(place, entries);
+            ++part.quality.leaves;
+            part.quality.depth = std::max(part.quality.depth, place.depth);
+            return;
+        }
+        entries = {};
+        const auto first = static_cast<std::uint32_t>(part.cells.size());
+        part.cells[cell].first = first;
+        part.cells[cell].octants = static_cast<std::uint8_t>(octants);
+        part.cells.resize(part.cells.size() + static_cast<std::size_t>(std::popcount(octants)));
+        part.boxes.resize(part.cells.size());
+        std::uint32_t next = first;
+        for (unsigned octant = 0; octant < 8; ++octant) {
+            if ((octants >> octant & 1U) != 0U) {
+                divide(
+                    place.child(octant), std::move(children[octant]), next++, part, tasks, leave_at
+                );
+            }
+        }
+    }
+
+  private:
+    [[nodiscard]] float cost(std::uint32_t number) const noexcept {
+        return number < contents_->costs.size() ? contents_->costs[number] : 1.0F;
+    }
+
+    /// Which octants of a cell that it is in a primitive reaches into: at least one.
+    [[nodiscard]] unsigned octants_of(std::uint32_t number, const Place& place) const {
+        const float half = place.edge * 0.5F;
+        const glm::vec3 middle = place.lo + half;
+        std::size_t index = number;
+        if (index < contents_->references.size()) {
+            const glm::vec3& at = contents_->references[index];
+            return 1U
+                   << ((at.x >= middle.x ? 1U : 0U) | (at.y >= middle.y ? 2U : 0U) |
+                       (at.z >= middle.z ? 4U : 0U));
+        }
+        index -= contents_->references.size();
+        const bool is_item = index < contents_->items.size();
+        const Triangle3f* triangle =
+            is_item ? nullptr : &contents_->triangles[index - contents_->items.size()];
+        const Box3f box =
+            is_item
+                ? contents_->items[index]
+                : unite(
+                      unite(Box3f{(*triangle)[0], (*triangle)[0]}, (*triangle)[1]), (*triangle)[2]
+                  );
+        unsigned octants = 0xFFU;
+        constexpr std::array<unsigned, 3> kUpper = {0xAAU, 0xCCU, 0xF0U};
+        for (int axis = 0; axis < 3; ++axis) {
+            const unsigned upper = kUpper[static_cast<std::size_t>(axis)];
+            // What only touches the plane from below stays below.
+            if (box.hi[axis] <= middle[axis] && box.lo[axis] < middle[axis]) {
+                octants &= ~upper;
+            } else if (box.lo[axis] >= middle[axis]) {
+                octants &= upper;
+            }
+        }
+        if (std::has_single_bit(octants) || (is_item && !contents_->part)) {
+            return octants;
+        }
+        unsigned reached = 0;
+        for (unsigned octant = 0; octant < 8; ++octant) {
+            if ((octants >> octant & 1U) == 0U) {
+                continue;
+            }
+            const Place child = place.child(octant);
+            const Box3f cell{child.lo, child.lo + child.edge};
+            const bool meets = is_item
+                                   ? !is_empty(contents_->part(index, cell))
+                                   : overlaps(
+                                         Box3d{cell.lo, cell.hi},
+                                         Triangle3d{(*triangle)[0], (*triangle)[1], (*triangle)[2]}
+                                     );
+            reached |= meets ? 1U << octant : 0U;
+        }
+        // Rounding may have it miss all of the cells that it is between.
+        return reached != 0 ? reached : octants;
+    }
+
+    [[nodiscard]] Box3f box_of(std::uint32_t number, const Box3f& cell) const {
+        std::size_t index = number;
+        if (index < contents_->references.size()) {
+            return intersect(contents_->reference_boxes[index], cell);
+        }
+        index -= contents_->references.size();
+        if (index < contents_->items.size()) {
+            return contents_->part ? contents_->part(index, cell)
+                                   : intersect(contents_->items[index], cell);
+        }
+        const Triangle3f& triangle = contents_->triangles[index - contents_->items.size()];
+        const Box3d clipped =
+            clipped_bounds({cell.lo, cell.hi}, Triangle3d{triangle[0], triangle[1], triangle[2]});
+        return local_box(clipped, glm::dvec3(0.0));
+    }
+
+    /// Box around what is in a leaf; the leaf itself where rounding leaves nothing in it.
+    [[nodiscard]] Box3f box_of(const Place& place, const std::vector<Entry>& entries) const {
+        const Box3f cell{place.lo, place.lo + place.edge};
+        Box3f box;
+        for (const Entry& entry : entries) {
+            box = unite(box, box_of(entry.number, cell));
+        }
+        return is_empty(box) ? cell : box;
+    }
+
+    /// Deals the entries of a cell out to the octants.
+    /// @return which octants have some; none where the cell is to be a leaf
+    unsigned part_entries(
+        const Place& place,
+        const std::vector<Entry>& entries,
+        std::array<std::vector<Entry>, 8>& children
+    ) const {
+        double whole = 0.0;
+        double borne = 0.0;
+        for (const Entry& entry : entries) {
+            const double full = cost(entry.number);
+            whole += full;
+            // What a reference shows is no smaller in a smaller cell.
+            const bool divisible = entry.number >= contents_->references.size() ||
+                                   contents_->reference_sizes[entry.number] < place.edge;
+            borne += divisible ? full * entry.share : 0.0;
+        }
+        if (place.depth >= options_->max_depth || borne <= options_->cube_cost) {
+            return 0;
+        }
+        double copies = 0.0;
+        unsigned octants = 0;
+        for (const Entry& entry : entries) {
+            const unsigned reached = octants_of(entry.number, place);
+            const float share = entry.share / static_cast<float>(std::popcount(reached));
+            copies += 1.0 / share;
+            octants |= reached;
+            for (unsigned rest = reached; rest != 0; rest &= rest - 1) {
+                children[static_cast<std::size_t>(std::countr_zero(rest))].push_back(
+                    {entry.number, share}
+                );
+            }
+        }
+        const bool pays = borne > options_->cube_cost * std::popcount(octants);
+        return pays && copies <= options_->max_copies * whole ? octants : 0U;
+    }
+
+    const CellContents* contents_;
+    const ColorCubeOptions* options_;
+};
+
+/// Sixteenths of a cell between which a box lies, rounded outwards.
+std::array<std::uint8_t, 3> extent_of(const Box3f& box, const CellPlace& place) noexcept {
+    std::array<std::uint8_t, 3> extent{};
+    for (int axis = 0; axis < 3; ++axis) {
+        const float per_edge = 16.0F / place.edge;
+        const float lo = std::floor((box.lo[axis] - place.lo[axis]) * per_edge);
+        const float hi = std::ceil((box.hi[axis] - place.lo[axis]) * per_edge) - 1.0F;
+        const float first = std::clamp(lo, 0.0F, 15.0F);
+        const float last = std::clamp(hi, first, 15.0F);
+        extent[static_cast<std::size_t>(axis)] = static_cast<std::uint8_t>(
+            static_cast<unsigned>(first) | static_cast<unsigned>(last) << 4U
+        );
+    }
+    return extent;
+}
+
+/// @param boxes of the contents of leaves; becomes those of all cells
+void set_extents(ColorCubeTree& tree, std::vector<Box3f>& boxes) {
+    const std::vector<CellPlace> places = places_of(tree);
+    for (std::size_t i = tree.cells.size(); i-- > 0;) {
+        CubeCell& cell = tree.cells[i];
+        for (std::uint32_t k = 0; cell.octants != 0 && k < child_count(cell); ++k) {
+            boxes[i] = unite(boxes[i], boxes[cell.first + k]);
+        }
+        cell.extent = extent_of(boxes[i], places[i]);
+    }
+}
+
+} // namespace
+
+std::vector<CellPlace> places_of(const ColorCubeTree& tree) {
+    std::vector<CellPlace> places(tree.cells.size());
+    places[0] = {tree.lo, tree.edge};
+    for (std::size_t i = 0; i < tree.cells.size(); ++i) {
+        std::uint32_t child = tree.cells[i].first;
+        const float half = places[i].edge * 0.5F;
+        for (unsigned rest = tree.cells[i].octants; rest != 0; rest &= rest - 1) {
+            const auto octant = static_cast<unsigned>(std::countr_zero(rest));
+            const glm::vec3 upper(octant & 1U, octant >> 1U & 1U, octant >> 2U);
+            places[child++] = {places[i].lo + upper * half, half};
+        }
+    }
+    return places;
+}
+
+void divide_cells(
+    const CellContents& contents,
+    const ColorCubeOptions& options,
+    Executor& executor,
+    ColorCubeTree& tree
+) {
+    const Divider divider(contents, options);
+    std::vector<Entry> all(contents.size());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        all[i].number = static_cast<std::uint32_t>(i);
+    }
+    // What is above is divided first, so that there is enough to do at the same time.
+    constexpr std::uint32_t kLeaveAt = 3;
+    Part top;
+    top.cells.resize(1);
+    top.boxes.resize(1);
+    std::vector<Task> tasks;
+    divider.divide({tree.lo, tree.edge, 0}, std::move(all), 0, top, &tasks, kLeaveAt);
+    std::vector<Part> parts(tasks.size());
+    executor.run(tasks.size(), [&](std::size_t i) {
+        parts[i].cells.resize(1);
+        parts[i].boxes.resize(1);
+        divider.divide(tasks[i].place, std::move(tasks[i].entries), 0, parts[i], nullptr, 0);
+    });
+    // The root of a part takes the place that was kept for it; what is below follows.
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        Part& part = parts[i];
+        const auto cell_offset = static_cast<std::uint32_t>(top.cells.size()) - 1;
+        const auto content_offset = static_cast<std::uint32_t>(top.contents.size());
+        for (CubeCell& cell : part.cells) {
+            cell.first += cell.octants != 0 ? cell_offset : content_offset;
+        }
+        top.cells[tasks[i].cell] = part.cells.front();
+        top.cells.insert(top.cells.end(), part.cells.begin() + 1, part.cells.end());
+        top.boxes[tasks[i].cell] = part.boxes.front();
+        top.boxes.insert(top.boxes.end(), part.boxes.begin() + 1, part.boxes.end());
+        top.contents.insert(top.contents.end(), part.contents.begin(), part.contents.end());
+        top.quality.depth = std::max(top.quality.depth, part.quality.depth);
+        top.quality.leaves += part.quality.leaves;
+        part = {};
+    }
+    tree.cells = std::move(top.cells);
+    tree.cells.shrink_to_fit();
+    tree.contents = std::move(top.contents);
+    tree.contents.shrink_to_fit();
+    tree.quality = top.quality;
+    if (options.colors == CubeColors::sampled) {
+        set_extents(tree, top.boxes);
+    }
+}
+
+} // namespace farfield::image

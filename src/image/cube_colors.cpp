@@ -1,0 +1,274 @@
+#include "image/cube_colors.hpp"
+
+#include "image/cube_cells.hpp"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+namespace farfield::image {
+
+namespace {
+
+constexpr std::size_t kCellsAtOnce = 64;
+
+/// A number in [0, 1) for a ray of a cell: the same on every run, unlike its neighbours'.
+float jitter(std::uint32_t seed) noexcept {
+    // Finaliser of MurmurHash3, which leaves no pattern.
+    seed ^= seed >> 16U;
+    seed *= 0x85EBCA6BU;
+    seed ^= seed >> 13U;
+    seed *= 0xC2B2AE35U;
+    seed ^= seed >> 16U;
+    return static_cast<float>(seed >> 8U) * 0x1p-24F;
+}
+
+/// Colours of cells from rays through them.
+class CellSampler {
+  public:
+    CellSampler(
+        const SurfaceSampler& sampler,
+        ItemId item,
+        std::span<const glm::vec3> lights,
+        float ambient,
+        std::uint32_t rays_a_side
+    )
+        : sampler_(&sampler), item_(item), lights_(lights), ambient_(ambient), side_(rays_a_side),
+          rays_(std::size_t{6} * rays_a_side * rays_a_side), hits_(rays_.size()),
+          oblique_(kDirections * kOblique), oblique_hits_(oblique_.size()) {}
+
+    /// @param cubes those of the cell, a set after the other, `stride` apart
+    void sample(std::uint32_t cell, const Box3f& box, ColorCube* cubes, std::size_t stride) {
+        // A little longer than the box, so that surfaces in its faces are met.
+        constexpr float kBeyond = 1e-3F;
+        const glm::vec3 size = extent(box);
+        const glm::vec3 step = size / static_cast<float>(side_);
+        std::size_t ray = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            for (const bool positive : {false, true}) {
+                const auto a = static_cast<int>(axis);
+                const int u = (a + 1) % 3;
+                const int v = (a + 2) % 3;
+                const float beyond = size[a] * kBeyond;
+                glm::vec3 along(0.0F);
+                along[a] = (size[a] + 2.0F * beyond) * (positive ? -1.0F : 1.0F);
+                for (std::uint32_t row = 0; row < side_; ++row) {
+                    for (std::uint32_t column = 0; column < side_; ++column, ++ray) {
+                        const auto seed =
+                            static_cast<std::uint32_t>(cell * rays_.size() + ray) * 2U;
+                        glm::vec3 from = box.lo;
+                        from[a] = positive ? box.hi[a] + beyond : box.lo[a] - beyond;
+                        from[u] += step[u] * (static_cast<float>(column) + jitter(seed));
+                        from[v] += step[v] * (static_cast<float>(row) + jitter(seed + 1U));
+                        rays_[ray] = {from, along};
+                    }
+                }
+            }
+        }
+        const float spacing = std::max({step.x, step.y, step.z});
+        sampler_->cast(item_, rays_, spacing, hits_);
+        const std::size_t each = rays_.size() / 6;
+        for (std::size_t set = 0; set < lights_.size(); ++set) {
+            for (std::size_t face = 0; face < 6; ++face) {
+                glm::vec3 sum(0.0F);
+                std::size_t met = 0;
+                for (std::size_t i = face * each; i < (face + 1) * each; ++i) {
+                    if (hits_[i].t <= 1.0F) {
+                        const float lit = 0.5F + 0.5F * glm::dot(hits_[i].normal, lights_[set]);
+                        sum += hits_[i].color * (ambient_ + (1.0F - ambient_) * lit);
+                        ++met;
+                    }
+                }
+                const float scale = 255.0F / static_cast<float>(each);
+                const float alpha = static_cast<float>(met) * scale;
+                // Premultiplied, so no colour may exceed the alpha that it is rounded with.
+                const auto most = static_cast<std::uint8_t>(alpha + 0.5F);
+                const glm::vec3 color = glm::clamp(sum * scale + 0.5F, 0.0F, 255.0F);
+                cubes[set * stride].faces[face] = glm::u8vec4(
+                    std::min(static_cast<std::uint8_t>(color.r), most),
+                    std::min(static_cast<std::uint8_t>(color.g), most),
+                    std::min(static_cast<std::uint8_t>(color.b), most),
+                    most
+                );
+            }
+        }
+    }
+
+    /// The gain with which what is seen aslant is as much as it should be. After `sample`.
+    [[nodiscard]] CubeGain gain(std::uint32_t cell, const Box3f& box, const ColorCube& cube);
+
+  private:
+    /// Directions that are tried for every cell, and rays along each. The number of both together
+    /// is what the gain's noise depends on.
+    static constexpr std::size_t kDirections = 8;
+    static constexpr std::size_t kOblique = 6;
+
+    [[nodiscard]] bool is_sheet_seen() const noexcept;
+
+    const SurfaceSampler* sampler_;
+    ItemId item_;
+    std::span<const glm::vec3> lights_;
+    float ambient_;
+    std::uint32_t side_;
+    std::vector<SurfaceRay> rays_;
+    std::vector<SurfaceHit> hits_;
+    std::vector<SurfaceRay> oblique_;
+    std::vector<SurfaceHit> oblique_hits_;
+};
+
+/// Whether all that the rays have met faces one way, or the opposite one.
+bool CellSampler::is_sheet_seen() const noexcept {
+    // Normals that are this much shorter in the mean than one by one differ by some 25 degrees.
+    constexpr float kOneWay = 0.9F;
+    constexpr std::size_t kFewest = 8;
+    glm::vec3 first(0.0F);
+    glm::vec3 sum(0.0F);
+    std::size_t met = 0;
+    for (const std::vector<SurfaceHit>* hits : {&hits_, &oblique_hits_}) {
+        for (const SurfaceHit& hit : *hits) {
+            const float length = glm::length(hit.normal);
+            if (hit.t > 1.0F || !(length > 0.0F)) {
+                continue;
+            }
+            first = met == 0 ? hit.normal : first;
+            sum += hit.normal * ((glm::dot(hit.normal, first) < 0.0F ? -1.0F : 1.0F) / length);
+            ++met;
+        }
+    }
+    return met >= kFewest && glm::length(sum) >= kOneWay * static_cast<float>(met);
+}
+
+CubeGain CellSampler::gain(std::uint32_t cell, const Box3f& box, const ColorCube& cube) {
+    const glm::vec3 size = extent(box);
+    const glm::vec3 areas(size.y * size.z, size.z * size.x, size.x * size.y);
+    constexpr float kBeyond = 1e-3F;
+    std::array<glm::vec3, kDirections> directions{};
+    std::array<float, kDirections> silhouettes{};
+    std::uint32_t seed = (cell + 1U) * 0x9E3779B9U;
+    for (std::size_t i = 0; i < kDirections; ++i) {
+        // Bands of equal area, the turn within each left to chance.
+        const float z =
+            -1.0F + 2.0F * (static_cast<float>(i) + jitter(seed++)) / float{kDirections};
+        const float turn = 2.0F * std::numbers::pi_v<float> * jitter(seed++);
+        const float ring = std::sqrt(std::max(0.0F, 1.0F - z * z));
+        const glm::vec3 direction(ring * std::cos(turn), ring * std::sin(turn), z);
+        directions[i] = direction;
+        const glm::vec3 seen = glm::abs(direction) * areas;
+        silhouettes[i] = seen.x + seen.y + seen.z;
+        for (std::size_t k = 0; k < kOblique; ++k) {
+            // Uniform over the silhouette: first the face, then the point on it.
+            float choice = jitter(seed++) * silhouettes[i];
+            int axis = 0;
+            while (axis < 2 && choice >= seen[axis]) {
+                choice -= seen[axis++];
+            }
+            glm::vec3 from = box.lo;
+            from[(axis + 1) % 3] += size[(axis + 1) % 3] * jitter(seed++);
+            from[(axis + 2) % 3] += size[(axis + 2) % 3] * jitter(seed++);
+            from[axis] = direction[axis] > 0.0F ? box.lo[axis] : box.hi[axis];
+            float length = std::numeric_limits<float>::infinity();
+            for (int a = 0; a < 3; ++a) {
+                const float way = direction[a] > 0.0F ? box.hi[a] - from[a] : from[a] - box.lo[a];
+                length = std::min(length, way / std::max(std::abs(direction[a]), 1e-12F));
+            }
+            const float beyond = std::max({size.x, size.y, size.z}) * kBeyond;
+            oblique_[i * kOblique + k] = {
+                from - direction * beyond, direction * (length + 2.0F * beyond)};
+        }
+    }
+    sampler_->cast(
+        item_,
+        oblique_,
+        std::max({size.x, size.y, size.z}) / static_cast<float>(side_),
+        oblique_hits_
+    );
+    float covered = 0.0F;
+    for (std::size_t i = 0; i < oblique_.size(); ++i) {
+        covered += oblique_hits_[i].t <= 1.0F ? silhouettes[i / kOblique] / float{kOblique} : 0.0F;
+    }
+    const auto expected = [&](float with) {
+        float sum = 0.0F;
+        for (std::size_t i = 0; i < kDirections; ++i) {
+            glm::vec3 alphas(0.0F);
+            for (std::size_t a = 0; a < 3; ++a) {
+                const bool positive_side = directions[i][static_cast<int>(a)] < 0.0F;
+                alphas[static_cast<int>(a)] =
+                    static_cast<float>(cube.faces[face_of(a, positive_side)].a) / 255.0F;
+            }
+            sum += silhouettes[i] * oblique_alpha(alphas, directions[i], size, with);
+        }
+        return sum;
+    };
+    // Expected coverage grows with the gain: halve where it may be, on a scale of powers of two.
+    float lo = -4.0F;
+    float hi = 4.0F;
+    for (int i = 0; i < 7; ++i) {
+        const float middle = 0.5F * (lo + hi);
+        (expected(std::exp2(middle)) < covered ? lo : hi) = middle;
+    }
+    return make_gain(std::exp2(0.5F * (lo + hi)), is_sheet_seen());
+}
+
+void compose_interiors(ColorCubeTree& tree) {
+    for (std::size_t set = 0; set < tree.light_sets; ++set) {
+        ColorCube* cubes = tree.cubes.data() + set * tree.cells.size();
+        for (std::size_t i = tree.cells.size(); i-- > 0;) {
+            const CubeCell& cell = tree.cells[i];
+            if (cell.octants == 0) {
+                continue;
+            }
+            std::array<ColorCube, 8> octants{};
+            std::uint32_t child = cell.first;
+            for (unsigned rest = cell.octants; rest != 0; rest &= rest - 1) {
+                octants[static_cast<std::size_t>(std::countr_zero(rest))] = cubes[child++];
+            }
+            cubes[i] = composed(octants);
+        }
+    }
+}
+
+} // namespace
+
+void color_cells(
+    const SurfaceSampler& sampler,
+    ItemId item,
+    std::span<const glm::vec3> lights,
+    float ambient,
+    const ColorCubeOptions& options,
+    Executor& executor,
+    ColorCubeTree& tree
+) {
+    const std::vector<CellPlace> places = places_of(tree);
+    const std::size_t cells = tree.cells.size();
+    tree.light_sets = static_cast<std::uint32_t>(lights.size());
+    tree.cubes.assign(cells * lights.size(), {});
+    const bool composed_interiors = options.colors == CubeColors::composed;
+    tree.gains.assign(composed_interiors ? 0 : cells, {});
+    executor.run((cells + kCellsAtOnce - 1) / kCellsAtOnce, [&](std::size_t chunk) {
+        CellSampler cell_sampler(sampler, item, lights, ambient, options.rays);
+        const std::size_t end = std::min(cells, (chunk + 1) * kCellsAtOnce);
+        for (std::size_t i = chunk * kCellsAtOnce; i < end; ++i) {
+            if (tree.cells[i].octants == 0 || !composed_interiors) {
+                const Box3f box = contents_box(tree.cells[i], places[i].lo, places[i].edge);
+                const auto index = static_cast<std::uint32_t>(i);
+                cell_sampler.sample(index, box, &tree.cubes[i], cells);
+                if (!composed_interiors) {
+                    tree.gains[i] = cell_sampler.gain(index, box, tree.cubes[i]);
+                }
+            }
+        }
+    });
+    if (composed_interiors) {
+        compose_interiors(tree);
+    }
+}
+
+} // namespace farfield::image

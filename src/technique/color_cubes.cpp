@@ -1,0 +1,567 @@
+#include "technique/geometry_pass.hpp"
+#include <farfield/math/box3.hpp>
+#include <farfield/math/frustum.hpp>
+#include <farfield/technique/color_cubes.hpp>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+
+namespace farfield {
+
+namespace {
+
+/// Levels of a tree whose cells are judged by what lies under them. Below, a cell holds so little
+/// that a wrong guess costs little.
+constexpr std::uint32_t kJudgedLevels = 4;
+constexpr std::uint32_t kNoProfile = UINT32_MAX;
+/// Cubes have to be so much cheaper than the geometry that they stand for.
+constexpr double kWorthIt = 0.9;
+/// Picking a triangle and handing it over one by one, in triangles.
+constexpr double kSelected = 0.2;
+/// Deepest stack of a walk: seven siblings wait on each level.
+constexpr std::size_t kDeepest = 7 * 21 + 8;
+
+constexpr std::array<unsigned, 8> kFarFirst = {7, 6, 5, 3, 4, 2, 1, 0};
+
+} // namespace
+
+/// One frame's way through the trees.
+struct ColorCubes::Walk {
+    /// A view as a tree sees it: in the tree's own frame, where its cells are axis-parallel.
+    struct Frame {
+        glm::vec3 eye{0.0F};
+        glm::vec3 forward{0.0F};
+        std::array<Plane, 6> planes{};
+        std::array<float, 6> reach{}; ///< of a cube of edge 1 along the normals, from its middle
+        float overhang = 0.0F;
+        glm::mat3 to_model{1.0F}; ///< with the scale
+        glm::vec3 translation{0.0F};
+        float scale = 1.0F;
+        std::uint32_t cube_frame = 0; ///< into `FramePlan::cube_frames`
+    };
+    struct Visit {
+        std::uint32_t cell = 0;
+        std::uint32_t profile = kNoProfile;
+        glm::vec3 lo{0.0F};
+        float edge = 0.0F;
+        bool inside = false; ///< of the frustum
+    };
+
+    ColorCubes& self;
+    const View& view;
+    float focal_px = 0.0F;
+    float limit_sq = 0.0F; ///< square of the largest diameter over the focal length
+
+    Walk(ColorCubes& technique, const View& seen) noexcept;
+
+    [[nodiscard]] Frame model_frame() const noexcept;
+    [[nodiscard]] Frame reference_frame(const Frame& model, const CubeReference& of) const noexcept;
+    void tree(std::size_t index, const Frame& frame, const CubeReference* reference) noexcept;
+
+  private:
+    [[nodiscard]] bool
+    pays(const Profiles& profiles, const Profile& profile, float edge, float depth) const noexcept;
+    void show(
+        const Frame& frame,
+        const ColorCube& cube,
+        const CubeGain* gain,
+        const glm::vec3& offset,
+        float depth,
+        const glm::vec3& size
+    ) noexcept;
+    void contents(
+        std::size_t index, const CubeCell& cell, const Frame& frame, const CubeReference* reference
+    ) noexcept;
+    void everything(std::size_t index, std::uint32_t root, const CubeReference* reference) noexcept;
+    void entry(std::size_t index, std::uint32_t number, const CubeReference* reference) noexcept;
+    void whole(ItemId item) noexcept;
+};
+
+ColorCubes::Walk::Walk(ColorCubes& technique, const View& seen) noexcept
+    : self(technique), view(seen) {
+    const double across = view.width / (view.lens.right - view.lens.left);
+    const double upward = view.height / (view.lens.top - view.lens.bottom);
+    focal_px = static_cast<float>(std::max(across, upward));
+    const auto limit = static_cast<float>(self.options_.cell_px / std::max(across, upward));
+    limit_sq = limit * limit;
+}
+
+ColorCubes::Walk::Frame ColorCubes::Walk::model_frame() const noexcept {
+    Frame frame;
+    const glm::dvec3& origin = self.model_->origin;
+    frame.eye = local_point(view.eye, origin);
+    frame.forward = -glm::vec3(view.camera_to_world[2]);
+    frame.planes = make_frustum(view, origin).planes;
+    for (std::size_t i = 0; i < frame.planes.size(); ++i) {
+        const glm::vec3 normal = glm::abs(frame.planes[i].normal);
+        frame.reach[i] = 0.5F * (normal.x + normal.y + normal.z);
+    }
+    frame.overhang = self.model_->trees.back().overhang;
+    return frame;
+}
+
+ColorCubes::Walk::Frame
+ColorCubes::Walk::reference_frame(const Frame& model, const CubeReference& of) const noexcept {
+    Frame frame;
+    const glm::mat3 back = glm::transpose(of.rotation);
+    const float per_scale = 1.0F / of.scale;
+    frame.eye = back * (model.eye - of.translation) * per_scale;
+    frame.forward = back * model.forward;
+    for (std::size_t i = 0; i < frame.planes.size(); ++i) {
+        const Plane& plane = model.planes[i];
+        frame.planes[i].normal = back * plane.normal;
+        frame.planes[i].offset =
+            (plane.offset - glm::dot(plane.normal, of.translation)) * per_scale;
+        const glm::vec3 normal = glm::abs(frame.planes[i].normal);
+        frame.reach[i] = 0.5F * (normal.x + normal.y + normal.z);
+    }
+    frame.to_model = of.rotation * of.scale;
+    frame.translation = of.translation;
+    frame.scale = of.scale;
+    return frame;
+}
+
+/// Whether cubes are cheaper than the geometry under a cell, as far as its levels tell.
+bool ColorCubes::Walk::pays(
+    const Profiles& profiles, const Profile& profile, float edge, float depth
+) const noexcept {
+    const CostModel& costs = self.options_.costs;
+    const float diameter_px =
+        std::numbers::sqrt3_v<float> * edge * focal_px / std::max(depth, edge * 0.5F);
+    float size = diameter_px / static_cast<float>(self.options_.cell_px);
+    const double cube_s =
+        self.options_.drawing == CubeDrawing::splats ? costs.splat_s : costs.cube_s;
+    double cost_s = 0.0;
+    for (std::uint32_t i = 0; i < profile.level_count; ++i) {
+        const Level& level = profiles.levels[profile.first_level + i];
+        cost_s += level.cells * costs.cell_s;
+        if (size <= 1.0F) {
+            cost_s += level.cells * cube_s;
+            break;
+        }
+        cost_s += double{level.leaf_cost} * costs.triangle_s * (1.0 + kSelected);
+        size *= 0.5F;
+    }
+    return cost_s < kWorthIt * double{profile.cost} * costs.triangle_s;
+}
+
+void ColorCubes::Walk::show(
+    const Frame& frame,
+    const ColorCube& cube,
+    const CubeGain* gain,
+    const glm::vec3& offset,
+    float depth,
+    const glm::vec3& size
+) noexcept {
+    ++self.statistics_.cubes;
+    // The faces seen are those that look back at the eye.
+    const std::array<const glm::u8vec4*, 3> faces = {
+        &cube.faces[face_of(0, offset.x < 0.0F)],
+        &cube.faces[face_of(1, offset.y < 0.0F)],
+        &cube.faces[face_of(2, offset.z < 0.0F)]};
+    const glm::vec3 center = frame.translation + frame.to_model * (frame.eye + offset);
+    if (self.options_.drawing == CubeDrawing::faces) {
+        self.plan_.cubes.push_back(
+            {center, size * frame.scale, frame.cube_frame, {*faces[0], *faces[1], *faces[2]}}
+        );
+        return;
+    }
+    // Seen along d, the silhouette of a box is the sum over its axes of |d_a| / |d| times the area
+    // of the face normal to a, each face being one term; the image plane, at an angle with d, shows
+    // it |d| / depth times as large.
+    const glm::vec3 areas(size.y * size.z, size.z * size.x, size.x * size.y);
+    const glm::vec3 seen = glm::abs(offset) * areas;
+    const float sum = seen.x + seen.y + seen.z;
+    const glm::vec3 weights = seen / sum;
+    glm::vec4 color = glm::vec4(*faces[0]) * weights.x + glm::vec4(*faces[1]) * weights.y +
+                      glm::vec4(*faces[2]) * weights.z;
+    float area = sum / depth;
+    if (gain != nullptr && color.a > 0.0F) {
+        const glm::vec3 alphas(faces[0]->a, faces[1]->a, faces[2]->a);
+        const float alpha = oblique_alpha(
+            alphas * (1.0F / 255.0F), offset / glm::length(offset), size, gain_of(*gain)
+        );
+        if (self.options_.sheets == CubeSheets::opaque && is_sheet(*gain)) {
+            color *= 255.0F / color.a;
+            area *= std::sqrt(alpha) * std::sqrt(std::sqrt(alpha)); // see docs/color-cubes.md
+        } else {
+            color *= alpha * 255.0F / color.a;
+        }
+    }
+    const glm::u8vec4 rounded(color + 0.5F);
+    if (rounded.a != 0) {
+        self.plan_.splats.push_back({center, frame.scale * std::sqrt(area), rounded});
+    }
+}
+
+void ColorCubes::Walk::whole(ItemId item) noexcept {
+    const Hierarchy& hierarchy = *self.hierarchy_;
+    const std::size_t index = index_of(item);
+    const bool moves = index < hierarchy.item_places.size() &&
+                       hierarchy.item_places[index] >= hierarchy.items.size() &&
+                       hierarchy.item_places[index] != Hierarchy::kNoPlace;
+    if (!moves) { // what moves is drawn where it is now, with all that does
+        self.plan_.items.push_back(item);
+        ++self.statistics_.items;
+    }
+}
+
+/// Draws one of the contents of a tree, unless it is drawn already.
+void ColorCubes::Walk::entry(
+    std::size_t index, std::uint32_t number, const CubeReference* reference
+) noexcept {
+    if (self.drawn_[index][number]) {
+        return;
+    }
+    self.drawn_[index][number] = true;
+    const ColorCubeTree& tree = self.model_->trees[index];
+    const std::size_t rest = number - tree.reference_count;
+    if (rest < tree.items.size()) {
+        whole(tree.items[rest]);
+        return;
+    }
+    ++self.statistics_.triangles;
+    if (reference != nullptr) {
+        self.plan_.selected.push_back(number - tree.primitives.front().first);
+        return;
+    }
+    std::size_t group = 0;
+    while (number - tree.primitives[group].first >= tree.primitives[group].count) {
+        ++group;
+    }
+    self.selected_[group].push_back(number - tree.primitives[group].first);
+}
+
+void ColorCubes::Walk::contents(
+    std::size_t index, const CubeCell& cell, const Frame& frame, const CubeReference* reference
+) noexcept {
+    ++self.statistics_.leaves;
+    const ColorCubeTree& of = self.model_->trees[index];
+    self.near_references_.clear();
+    for (std::size_t i = cell.first;; ++i) {
+        const std::uint32_t number = of.contents[i] & ~ColorCubeTree::kLast;
+        if (number < of.reference_count) {
+            const CubeReference& found = self.model_->references[number];
+            const ColorCubeTree& tree_found = self.model_->trees[found.tree];
+            const glm::vec3 middle =
+                found.translation +
+                found.rotation * (tree_found.lo + tree_found.edge * 0.5F) * found.scale;
+            const glm::vec3 apart = middle - frame.eye;
+            self.near_references_.emplace_back(-glm::dot(apart, apart), number);
+        } else {
+            entry(index, number, reference);
+        }
+        if ((of.contents[i] & ColorCubeTree::kLast) != 0U) {
+            break;
+        }
+    }
+    std::sort(self.near_references_.begin(), self.near_references_.end());
+    for (const auto& [distance, number] : self.near_references_) {
+        const CubeReference& found = self.model_->references[number];
+        ++self.statistics_.references;
+        Frame turned = reference_frame(frame, found);
+        if (self.options_.drawing == CubeDrawing::faces) {
+            turned.cube_frame = static_cast<std::uint32_t>(self.plan_.cube_frames.size());
+            self.plan_.cube_frames.push_back(found.rotation);
+        }
+        tree(found.tree, turned, &found);
+    }
+}
+
+/// Draws all contents under a cell as geometry.
+void ColorCubes::Walk::everything(
+    std::size_t index, std::uint32_t root, const CubeReference* reference
+) noexcept {
+    const ColorCubeTree& of = self.model_->trees[index];
+    std::array<std::uint32_t, kDeepest> open{};
+    std::size_t size = 0;
+    open[size++] = root;
+    while (size > 0) {
+        const CubeCell& cell = of.cells[open[--size]];
+        if (cell.octants != 0) {
+            for (std::uint32_t i = child_count(cell); i-- > 0;) {
+                open[size++] = cell.first + i;
+            }
+            continue;
+        }
+        for (std::size_t i = cell.first;; ++i) {
+            const std::uint32_t number = of.contents[i] & ~ColorCubeTree::kLast;
+            if (number < of.reference_count) {
+                whole(self.model_->references[number].item);
+            } else {
+                entry(index, number, reference);
+            }
+            if ((of.contents[i] & ColorCubeTree::kLast) != 0U) {
+                break;
+            }
+        }
+    }
+}
+
+void ColorCubes::Walk::tree(
+    std::size_t index, const Frame& frame, const CubeReference* reference
+) noexcept {
+    const ColorCubeTree& of = self.model_->trees[index];
+    const Profiles& profiles = self.profiles_[index];
+    const ColorCube* cubes =
+        of.cubes.data() + (reference == nullptr ? 0 : reference->light_set) * of.cells.size();
+    const std::size_t first_selected = self.plan_.selected.size();
+    std::array<Visit, kDeepest> open{};
+    std::size_t size = 0;
+    open[size++] = {0, 0, of.lo, of.edge, false};
+    while (size > 0) {
+        const Visit visit = open[--size];
+        const CubeCell& cell = of.cells[visit.cell];
+        ++self.statistics_.cells;
+        const float half = visit.edge * 0.5F;
+        const glm::vec3 middle = visit.lo + half;
+        bool inside = visit.inside;
+        if (!inside) {
+            inside = true;
+            bool outside = false;
+            for (std::size_t i = 0; i < frame.planes.size(); ++i) {
+                const float distance = signed_distance(frame.planes[i], middle);
+                const float reach = frame.reach[i] * (visit.edge + 2.0F * frame.overhang);
+                outside = outside || distance < -reach;
+                inside = inside && distance >= reach;
+            }
+            if (outside) {
+                continue;
+            }
+        }
+        const Box3f box = contents_box(cell, visit.lo, visit.edge);
+        const glm::vec3 offset = center(box) - frame.eye;
+        const glm::vec3 extents = extent(box);
+        const float depth = glm::dot(offset, frame.forward);
+        // 2 R sqrt(d^2 - R^2) / (z^2 - R^2) <= limit, where z > R.
+        const float radius_sq = 0.25F * glm::dot(extents, extents);
+        const float ahead = depth * depth - radius_sq;
+        if (depth > 0.0F && ahead > 0.0F &&
+            4.0F * radius_sq * (glm::dot(offset, offset) - radius_sq) <= limit_sq * ahead * ahead) {
+            const CubeGain* gain = of.gains.empty() ? nullptr : &of.gains[visit.cell];
+            show(frame, cubes[visit.cell], gain, offset, depth, extents);
+            continue;
+        }
+        if (visit.profile != kNoProfile && self.options_.never_slower) {
+            const Profile& profile = profiles.cells[visit.profile];
+            // Around the eye, cells of all sizes would be needed: those below are judged instead.
+            const bool around = glm::dot(offset, offset) <= radius_sq && profile.first_child != 0;
+            if (!around && !pays(profiles, profile, visit.edge, depth)) {
+                if (visit.cell == 0 && reference != nullptr) {
+                    whole(reference->item);
+                } else {
+                    everything(index, visit.cell, reference);
+                }
+                continue;
+            }
+        }
+        if (cell.octants == 0) {
+            contents(index, cell, frame, reference);
+            continue;
+        }
+        const unsigned nearest = (frame.eye.x > middle.x ? 1U : 0U) |
+                                 (frame.eye.y > middle.y ? 2U : 0U) |
+                                 (frame.eye.z > middle.z ? 4U : 0U);
+        const std::uint32_t first_profile =
+            visit.profile == kNoProfile ? 0 : profiles.cells[visit.profile].first_child;
+        // The last to be pushed is the first to be visited.
+        for (std::size_t i = 8; i-- > 0;) {
+            const unsigned octant = nearest ^ kFarFirst[i];
+            if ((cell.octants >> octant & 1U) == 0U) {
+                continue;
+            }
+            const auto before =
+                static_cast<std::uint32_t>(std::popcount(cell.octants & ((1U << octant) - 1U)));
+            const glm::vec3 upper(octant & 1U, octant >> 1U & 1U, octant >> 2U);
+            open[size++] = {
+                cell.first + before,
+                first_profile == 0 ? kNoProfile : first_profile + before,
+                visit.lo + upper * half,
+                half,
+                inside};
+        }
+    }
+    if (reference != nullptr && self.plan_.selected.size() > first_selected) {
+        const auto first = static_cast<std::uint32_t>(first_selected);
+        const auto count = static_cast<std::uint32_t>(self.plan_.selected.size()) - first;
+        for (std::size_t i = first_selected; i < self.plan_.selected.size(); ++i) {
+            self.drawn_[index][self.plan_.selected[i] + of.primitives.front().first] = false;
+        }
+        self.plan_.selections.push_back({reference->item, first, count});
+    }
+}
+
+ColorCubes::ColorCubes(
+    const Hierarchy& hierarchy, const ColorCubeModel& model, const ColorCubesOptions& options
+)
+    : hierarchy_(&hierarchy), model_(&model), options_(options), geometry_(hierarchy),
+      drawn_(model.trees.size()) {
+    for (std::size_t i = 0; i < model.trees.size(); ++i) {
+        profiles_.push_back(profiles_of(i));
+        const ColorCubeTree& tree = model.trees[i];
+        std::size_t contents = tree.reference_count + tree.items.size();
+        for (const CubePrimitives& primitives : tree.primitives) {
+            contents += primitives.count;
+        }
+        drawn_[i].resize(contents);
+    }
+    selected_.resize(model.trees.back().primitives.size());
+}
+
+Result<ColorCubes> ColorCubes::create(
+    const Hierarchy& hierarchy, const ColorCubeModel& model, const ColorCubesOptions& options
+) {
+    if (!(options.cell_px > 0.0) || !std::isfinite(options.cell_px)) {
+        return fail(
+            ErrorCode::invalid_argument,
+            "colour cubes: cell_px is " + std::to_string(options.cell_px) + ", expected more than 0"
+        );
+    }
+    if (options.drawing > CubeDrawing::faces) {
+        return fail(
+            ErrorCode::invalid_argument,
+            "colour cubes: unknown drawing " +
+                std::to_string(static_cast<unsigned>(options.drawing))
+        );
+    }
+    if (Result<void> valid = validate(options.costs); !valid) {
+        return tl::unexpected(std::move(valid).error());
+    }
+    return ColorCubes(hierarchy, model, options);
+}
+
+/// Walks a tree from the back, where children come before their parents, and adds up.
+ColorCubes::Profiles ColorCubes::profiles_of(std::size_t index) const {
+    const ColorCubeTree& tree = model_->trees[index];
+    // What each of the contents costs every leaf that it is in.
+    std::size_t numbers = tree.reference_count + tree.items.size();
+    for (const CubePrimitives& primitives : tree.primitives) {
+        numbers += primitives.count;
+    }
+    std::vector<std::uint32_t> copies(numbers, 0);
+    for (const std::uint32_t entry : tree.contents) {
+        ++copies[entry & ~ColorCubeTree::kLast];
+    }
+    const auto cost_of = [&](std::uint32_t number) {
+        double cost = 1.0;
+        if (number < tree.reference_count) {
+            const ColorCubeTree& of = model_->trees[model_->references[number].tree];
+            cost = of.primitives.front().count;
+        } else if (number - tree.reference_count < tree.items.size()) {
+            cost = tree.item_primitives[number - tree.reference_count];
+        }
+        return cost / copies[number];
+    };
+    Profiles result;
+    struct Open {
+        std::uint32_t cell = 0;
+        std::uint32_t depth = 0;
+    };
+    std::vector<Level> levels;
+    const auto add_profile = [&](std::uint32_t root, Profile& profile) {
+        levels.clear();
+        std::vector<Open> open = {{root, 0}};
+        double whole = 0.0;
+        while (!open.empty()) {
+            const Open visit = open.back();
+            open.pop_back();
+            const CubeCell& cell = tree.cells[visit.cell];
+            levels.resize(std::max<std::size_t>(levels.size(), visit.depth + 1));
+            ++levels[visit.depth].cells;
+            for (std::uint32_t i = 0; i < child_count(cell); ++i) {
+                open.push_back({cell.first + i, visit.depth + 1});
+            }
+            for (std::size_t i = cell.first; cell.octants == 0; ++i) {
+                const double cost = cost_of(tree.contents[i] & ~ColorCubeTree::kLast);
+                levels[visit.depth].leaf_cost += static_cast<float>(cost);
+                whole += cost;
+                if ((tree.contents[i] & ColorCubeTree::kLast) != 0U) {
+                    break;
+                }
+            }
+        }
+        profile.first_level = static_cast<std::uint32_t>(result.levels.size());
+        profile.level_count = static_cast<std::uint32_t>(levels.size());
+        profile.cost = static_cast<float>(whole);
+        result.levels.insert(result.levels.end(), levels.begin(), levels.end());
+    };
+    // Level by level, so that the profiles of children follow each other.
+    std::vector<Open> judged = {{0, 0}};
+    result.cells.resize(1);
+    for (std::size_t i = 0; i < judged.size(); ++i) {
+        const Open of = judged[i];
+        add_profile(of.cell, result.cells[i]);
+        const CubeCell& cell = tree.cells[of.cell];
+        if (of.depth + 1 < kJudgedLevels && cell.octants != 0) {
+            result.cells[i].first_child = static_cast<std::uint32_t>(judged.size());
+            for (std::uint32_t k = 0; k < child_count(cell); ++k) {
+                judged.push_back({cell.first + k, of.depth + 1});
+            }
+            result.cells.resize(judged.size());
+        }
+    }
+    return result;
+}
+
+const FramePlan& ColorCubes::plan(const View& view) noexcept {
+    clear(plan_);
+    statistics_ = {};
+    plan_.origin = model_->origin;
+    plan_.cube_frames.emplace_back(1.0F);
+    Walk walk(*this, view);
+    walk.tree(model_->trees.size() - 1, walk.model_frame(), nullptr);
+    const ColorCubeTree& scene = model_->trees.back();
+    for (std::size_t group = 0; group < selected_.size(); ++group) {
+        std::vector<std::uint32_t>& selected = selected_[group];
+        if (!selected.empty()) {
+            plan_.selections.push_back(
+                {scene.primitives[group].item,
+                 static_cast<std::uint32_t>(plan_.selected.size()),
+                 static_cast<std::uint32_t>(selected.size())}
+            );
+            plan_.selected.insert(plan_.selected.end(), selected.begin(), selected.end());
+            selected.clear();
+        }
+    }
+    std::fill(drawn_.back().begin(), drawn_.back().end(), false);
+    if (options_.never_slower && statistics_.cubes == 0) {
+        statistics_.geometry = true;
+        return geometry_.plan(view);
+    }
+    const Frustum frustum = make_frustum(view, hierarchy_->origin);
+    for (const MovingItem& moving : hierarchy_->moving) {
+        if (!is_empty(moving.box) && classify(frustum, moving.box) != Overlap::outside) {
+            plan_.items.push_back(moving.item);
+        }
+    }
+    // Cells came from the back; geometry is best drawn from the front.
+    std::reverse(plan_.items.begin(), plan_.items.end());
+    Command geometry;
+    geometry.count = static_cast<std::uint32_t>(plan_.items.size());
+    geometry.selection_count = static_cast<std::uint32_t>(plan_.selections.size());
+    if (geometry.count > 0 || geometry.selection_count > 0) {
+        plan_.commands.push_back(geometry);
+    }
+    Command cubes;
+    const bool splats = options_.drawing == CubeDrawing::splats;
+    cubes.kind = splats ? Command::Kind::splats : Command::Kind::cubes;
+    cubes.count = static_cast<std::uint32_t>(splats ? plan_.splats.size() : plan_.cubes.size());
+    if (cubes.count > 0) {
+        plan_.commands.push_back(cubes);
+    }
+    Pass pass = frame_pass(view, 0);
+    pass.command_count = static_cast<std::uint32_t>(plan_.commands.size());
+    plan_.passes.push_back(pass);
+    return plan_;
+}
+
+} // namespace farfield
