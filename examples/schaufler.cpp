@@ -120,7 +120,7 @@ std::string path_in(const Options& options, const std::string& file) {
 /// All around once, from where the walk of the world is half over.
 CameraPath turn_path(const run::World& world) {
     constexpr int kFrames = 90;
-    const CameraPose from = eval::pose_at(world.path, world.path.frame_count / 2.0);
+    const PathPose from = eval::pose_at(world.path, world.path.frame_count / 2.0);
     const glm::dvec3 ahead = from.target - from.eye;
     CameraPath path;
     path.frame_count = kFrames;

@@ -223,7 +223,7 @@ Result<void> add_levels(World& world) {
 
 View World::view(int frame) const {
     const double at = whole_path ? eval::whole_path_frame(path, frame, *whole_path) : frame;
-    const CameraPose pose = eval::pose_at(path, at);
+    const PathPose pose = eval::pose_at(path, at);
     // Reverse-z in float keeps its precision over any range; the near plane only has to stay off
     // what the eye may touch.
     const double near_distance = radius * 1e-4;

@@ -255,7 +255,7 @@ Result<void> validate(const CameraPath& path) {
     return {};
 }
 
-CameraPose pose_at(const CameraPath& path, double frame) noexcept {
+PathPose pose_at(const CameraPath& path, double frame) noexcept {
     const std::vector<PathKey>& keys = path.keys;
     FARFIELD_ASSERT(!keys.empty());
     if (keys.size() == 1) {
@@ -270,7 +270,7 @@ CameraPose pose_at(const CameraPath& path, double frame) noexcept {
     const auto segment = static_cast<std::size_t>(after - keys.begin()) - 1;
     const double length = keys[segment + 1].frame - keys[segment].frame;
     const double u = std::clamp((frame - keys[segment].frame) / length, 0.0, 1.0);
-    CameraPose pose{
+    PathPose pose{
         spline(keys, segment, u, &PathKey::eye),
         spline(keys, segment, u, &PathKey::target),
         spline(keys, segment, u, &PathKey::up)};

@@ -1,4 +1,5 @@
 #include <farfield/eval/camera_path.hpp>
+#include <farfield/farfield.hpp>
 #include <farfield/math/view.hpp>
 
 #include <catch2/catch.hpp>
@@ -20,8 +21,8 @@ namespace {
 
 using farfield::Box3d;
 using farfield::CameraPath;
-using farfield::CameraPose;
 using farfield::PathKey;
+using farfield::PathPose;
 using glm::dvec3;
 namespace eval = farfield::eval;
 
@@ -66,7 +67,7 @@ TEST_CASE("one key stands still and two walk a straight line", "[camera_path]") 
     const CameraPath still{50, {key(10, {1, 2, 3})}};
     REQUIRE(eval::validate(still));
     for (const double frame : {-5.0, 0.0, 10.0, 49.0}) {
-        CHECK(eval::pose_at(still, frame) == CameraPose{{1, 2, 3}, {1, 2, -7}, kUp});
+        CHECK(eval::pose_at(still, frame) == PathPose{{1, 2, 3}, {1, 2, -7}, kUp});
     }
 
     const CameraPath line{11, {key(0, {0, 0, 0}), key(10, {5, 10, -20})}};
@@ -145,7 +146,7 @@ TEST_CASE("where eye and target meet the camera keeps its direction", "[camera_p
     // Both are 0 half way: the eye goes from -4 to 4, the target from 4 to -4.
     const CameraPath path{11, {{0, {-4, 0, 0}, {4, 0, 0}, kUp}, {10, {4, 0, 0}, {-4, 0, 0}, kUp}}};
     REQUIRE(eval::validate(path));
-    const CameraPose pose = eval::pose_at(path, 5.0);
+    const PathPose pose = eval::pose_at(path, 5.0);
     REQUIRE(glm::length(pose.eye) < 4 * kRounding);
     CHECK(glm::distance(pose.target, pose.eye) > 0.0);
 }
@@ -322,7 +323,7 @@ TEST_CASE("the default path goes around and then in, at one speed", "[camera_pat
             ground = std::min(ground, glm::dot(corner(box, i), axis));
         }
         for (int frame = 0; frame < 1200; ++frame) {
-            const CameraPose pose = eval::pose_at(*path, frame);
+            const PathPose pose = eval::pose_at(*path, frame);
             REQUIRE(glm::distance(pose.target, middle) < 1e-9 * radius);
             const double above = glm::dot(pose.eye, axis) - ground;
             REQUIRE(above == Approx(0.06 * radius).epsilon(1e-9));
@@ -406,7 +407,7 @@ TEST_CASE("the height field path has its four parts", "[camera_path]") {
     CHECK(glm::distance(eval::pose_at(*path, 459).eye, middle) == Approx(0.25 * reach));
     // Every pose makes a view, the one that looks straight down too.
     for (int frame = 0; frame < 460; ++frame) {
-        const CameraPose pose = eval::pose_at(*path, frame);
+        const PathPose pose = eval::pose_at(*path, frame);
         const auto view = farfield::look_at(
             pose.eye, pose.target, pose.up, farfield::perspective_lens(1.0, 1.0, 0.1, 1e4), 512, 512
         );

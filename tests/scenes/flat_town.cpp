@@ -142,7 +142,7 @@ TEST_CASE("the walk through the town is straight, even and above its roofs", "[f
     // From one corner to the other, not beyond.
     CHECK(glm::length(before - glm::dvec3(-320.0, before.y, -320.0)) < 10.0);
     for (int frame = 1; frame < 120; ++frame) {
-        const farfield::CameraPose pose = farfield::eval::pose_at(*path, frame);
+        const farfield::PathPose pose = farfield::eval::pose_at(*path, frame);
         REQUIRE(pose.eye.y > scenes::flat_town_height({}));
         REQUIRE(std::abs(pose.eye.x) < 320.0);
         REQUIRE(pose.eye.x == Approx(pose.eye.z).margin(1e-9));

@@ -139,7 +139,7 @@ TEST_CASE("the way along the forest stays in front of it", "[forest]") {
     REQUIRE(path->frame_count == 100);
     const Box3d box = farfield::scene_bounds(canonical());
     for (int frame = 0; frame < 100; ++frame) {
-        const farfield::CameraPose pose = farfield::eval::pose_at(*path, frame);
+        const farfield::PathPose pose = farfield::eval::pose_at(*path, frame);
         REQUIRE(pose.eye.z > box.hi.z + 5.0);
         REQUIRE(pose.eye.x == Approx(0.6 * (frame - 49.5)).margin(1e-9));
         REQUIRE(pose.target.x == Approx(pose.eye.x).margin(1e-9));
@@ -158,7 +158,7 @@ TEST_CASE("the way into the forest begins at its corner and ends at its middle",
     CHECK(begin.x == Approx(begin.z));
     CHECK(std::hypot(end.x, end.z) < 1e-9);
     for (int frame = 1; frame < 100; ++frame) {
-        const farfield::CameraPose pose = farfield::eval::pose_at(*path, frame);
+        const farfield::PathPose pose = farfield::eval::pose_at(*path, frame);
         const glm::dvec3 before = farfield::eval::pose_at(*path, frame - 1).eye;
         REQUIRE(pose.eye.y > farfield::scene_bounds(canonical()).hi.y);
         REQUIRE(glm::distance(pose.eye, before) == Approx(0.42).epsilon(1e-9));

@@ -172,7 +172,7 @@ TEST_CASE("a molecule is shown from 1.75 to 14 radii, wherever it comes from", "
     CHECK(shown->width == 124);
     CHECK(shown->height == 124);
     CHECK(shown->fov_deg == 60.0);
-    const farfield::CameraPose pose = farfield::eval::pose_at(shown->path, 0);
+    const farfield::PathPose pose = farfield::eval::pose_at(shown->path, 0);
     const double angle = 25.0 * std::numbers::pi / 180.0;
     const glm::dvec3 expected =
         glm::dvec3(10.0, 0.0, 0.0) + 1.75 * 1.7 * glm::dvec3(std::sin(angle), 0.0, std::cos(angle));

@@ -264,7 +264,7 @@ TEST_CASE("a dolly keeps its direction and its distances", "[trees]") {
     REQUIRE(path->frame_count == 121);
     const dvec3 direction(0.5, 0.0, std::sqrt(3.0) / 2.0);
     for (int frame = 0; frame < 121; ++frame) {
-        const farfield::CameraPose pose = farfield::eval::pose_at(*path, frame);
+        const farfield::PathPose pose = farfield::eval::pose_at(*path, frame);
         const dvec3 off = (pose.eye - ball.middle) / ball.radius;
         const double expected = 1.75 * std::pow(8.0, frame / 120.0);
         // Beside an end, whose key is not made smaller, a spline of step s is too far by
@@ -274,7 +274,7 @@ TEST_CASE("a dolly keeps its direction and its distances", "[trees]") {
         REQUIRE(glm::distance(pose.target, ball.middle) < 1e-12);
     }
     for (const auto& [frame, distance] : {std::pair(0, 1.75), {40, 3.5}, {80, 7.0}, {120, 14.0}}) {
-        const farfield::CameraPose pose = farfield::eval::pose_at(*path, frame);
+        const farfield::PathPose pose = farfield::eval::pose_at(*path, frame);
         CHECK(glm::distance(pose.eye, ball.middle) == Approx(5.0 * distance).epsilon(1e-12));
     }
     const auto above = scenes::dolly_path(ball, {.elevation_deg = 30.0, .farthest = 1.75});
@@ -293,7 +293,7 @@ TEST_CASE("an overview shows a whole box below the sky", "[trees]") {
         const Box3d box = {{-side / 2.0, 0.0, -side / 2.0}, {side / 2.0, 12.0, side / 2.0}};
         const auto path = scenes::overview_path(box);
         REQUIRE(path);
-        const farfield::CameraPose pose = farfield::eval::pose_at(*path, 17);
+        const farfield::PathPose pose = farfield::eval::pose_at(*path, 17);
         CHECK(pose == farfield::eval::pose_at(*path, 0)); // at rest
         const farfield::Lens lens =
             farfield::perspective_lens(std::numbers::pi / 3.0, 1.0, 0.1, 1e5);

@@ -24,12 +24,12 @@ struct PathKey {
 };
 
 /// Where the camera is, and how it looks. Goes into `look_at`.
-struct CameraPose {
+struct PathPose {
     glm::dvec3 eye{0.0};
     glm::dvec3 target{0.0}; ///< never the eye
     glm::dvec3 up{0.0, 1.0, 0.0};
 
-    friend bool operator==(const CameraPose&, const CameraPose&) = default;
+    friend bool operator==(const PathPose&, const PathPose&) = default;
 };
 
 /// A walk: uniform cubic B-splines through space and time, one each for eye, target and up.
@@ -65,7 +65,7 @@ namespace eval {
 /// Pose at a frame, fractions allowed; before the first and after the last key it stands still.
 /// Where the curves of eye and target meet, the direction is that of the key before. Logarithmic in
 /// the number of keys. @pre validate(path)
-[[nodiscard]] CameraPose pose_at(const CameraPath& path, double frame) noexcept;
+[[nodiscard]] PathPose pose_at(const CameraPath& path, double frame) noexcept;
 
 /// The frame to show as number `index` of `count` when the **whole** path is to be seen in `count`
 /// frames: evenly spaced, the first at frame 0 and the last at the path's last one. A walk made so
