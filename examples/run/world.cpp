@@ -227,7 +227,8 @@ View World::view(int frame) const {
     // Reverse-z in float keeps its precision over any range; the near plane only has to stay off
     // what the eye may touch.
     const double near_distance = radius * 1e-4;
-    const double far_distance = radius * 16.0;
+    const double far_distance =
+        std::max(radius * 16.0, glm::distance(pose.eye, middle) + radius * 2.0);
     const Lens lens = perspective_lens(
         fov_deg * std::numbers::pi / 180.0,
         static_cast<double>(width) / static_cast<double>(height),
@@ -257,7 +258,9 @@ Result<World> load_world(const WorldOptions& options) {
     if (Result<void> loaded = load_scene_and_path(options, world, max_items); !loaded) {
         return tl::unexpected(std::move(loaded).error());
     }
-    world.radius = glm::length(extent(scene_bounds(world.scene))) / 2.0;
+    const Box3d box = scene_bounds(world.scene);
+    world.middle = center(box);
+    world.radius = glm::length(extent(box)) / 2.0;
     if (Result<void> chosen = choose_picture(options, world); !chosen) {
         return tl::unexpected(std::move(chosen).error());
     }

@@ -12,6 +12,7 @@
 #include <farfield/technique/mesh_lod.hpp>
 
 #include <glm/ext/matrix_double4x3.hpp>
+#include <glm/vec3.hpp>
 
 #include <cstdint>
 #include <optional>
@@ -55,6 +56,7 @@ struct World {
     int height = 480;      ///< [px]
     int frames = 0;        ///< that are walked
     std::optional<int> whole_path;
+    glm::dvec3 middle{0.0};        ///< of the scene's box
     double radius = 0.0;           ///< [m] half the diagonal of the scene's box
     double build_ms = 0.0;         ///< of the hierarchy
     std::uint64_t triangles = 0;   ///< of the items of the hierarchy

@@ -1,5 +1,6 @@
 #include "island.hpp"
 
+#include "quarter_turn.hpp"
 #include "random.hpp"
 #include "willow.hpp"
 #include <farfield/io/mesh_tools.hpp>
@@ -256,6 +257,11 @@ Mesh make_terrain(const IslandOptions& options, const Places& places) {
 Instance plant(const IslandOptions& options, const dvec2& point, Random& random) {
     const double yaw = random.between(0.0, kTwoPi);
     const double scale = random.between(options.min_scale, options.max_scale);
+    const dvec3 foot(point.x, island_height(options, point.x, point.y), point.y);
+    if (options.quarter_turns) {
+        const auto turns = static_cast<std::uint64_t>(std::lround(yaw / (kTwoPi / 4.0)));
+        return {make_id<MeshId>(1), quarter_turned(turns, scale, foot)};
+    }
     const double cosine = std::cos(yaw) * scale;
     const double sine = std::sin(yaw) * scale;
     Instance instance;
@@ -263,7 +269,7 @@ Instance plant(const IslandOptions& options, const dvec2& point, Random& random)
     instance.object_to_world[0] = dvec3(cosine, 0.0, -sine);
     instance.object_to_world[1] = dvec3(0.0, scale, 0.0);
     instance.object_to_world[2] = dvec3(sine, 0.0, cosine);
-    instance.object_to_world[3] = dvec3(point.x, island_height(options, point.x, point.y), point.y);
+    instance.object_to_world[3] = foot;
     return instance;
 }
 

@@ -20,6 +20,7 @@ struct IslandOptions {
     double min_spacing_m = 12.0;  ///< [m] between trunks, >= 0
     double min_scale = 0.9;       ///< of a tree, > 0
     double max_scale = 1.1;       ///< >= min_scale
+    bool quarter_turns = false;   ///< rounds turns of trees to quarters; see `quarter_turned`
     std::uint64_t seed = 1117;    ///< of hills, places, turns and sizes
     std::uint64_t tree_seed = 17; ///< of the tree
 };

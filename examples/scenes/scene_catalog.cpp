@@ -5,8 +5,11 @@
 #include "flat_town_path.hpp"
 #include "forest.hpp"
 #include "forest_path.hpp"
+#include "grass.hpp"
+#include "grass_path.hpp"
 #include "island.hpp"
 #include "island_path.hpp"
+#include "knot.hpp"
 #include "molecule.hpp"
 #include "overview.hpp"
 #include "trees.hpp"
@@ -27,7 +30,7 @@ constexpr IslandOptions kIsland;
 constexpr FlatTownOptions kFlatTown;
 constexpr ForestOptions kForest;
 
-constexpr std::array<SceneParameter, 12> kIslandParameters = {{
+constexpr std::array<SceneParameter, 13> kIslandParameters = {{
     {"trees", kIsland.trees, true, "number of trees, 0 to 1000000"},
     {"radius", kIsland.radius_m, false, "radius of the shore [m]"},
     {"height", kIsland.height_m, false, "height of the ground at the centre [m]"},
@@ -38,6 +41,7 @@ constexpr std::array<SceneParameter, 12> kIslandParameters = {{
     {"min-spacing", kIsland.min_spacing_m, false, "least distance of two trunks [m]"},
     {"min-scale", kIsland.min_scale, false, "smallest scale of a tree"},
     {"max-scale", kIsland.max_scale, false, "largest scale of a tree"},
+    {"quarter-turns", 0.0, true, "1: turns of trees are multiples of 90 degrees, 0: any"},
     {"seed", static_cast<double>(kIsland.seed), true, "of hills, places, turns and sizes"},
     {"tree-seed", static_cast<double>(kIsland.tree_seed), true, "of the tree"},
 }};
@@ -63,6 +67,9 @@ constexpr std::array<SceneParameter, 6> forest_parameters(double pace_m) {
 constexpr BroadleafOptions kTree;
 constexpr TreesOptions kTrees;
 constexpr MoleculeOptions kMolecule;
+constexpr GrassOptions kGrass;
+constexpr KnotOptions kKnot;
+constexpr double kKnotAngleDeg = 45.0;
 constexpr double kTreeAngleDeg = 30.0;
 
 // [px] Sides of pictures.
@@ -80,6 +87,20 @@ constexpr std::array<SceneParameter, 3> kMoleculeParameters = {{
     {"atoms", kMolecule.atoms, true, "number of atoms, 1 to 1000000"},
     {"seed", static_cast<double>(kMolecule.seed), true, "of the fold and the side chains"},
     {"angle", kMoleculeAngleDeg, false, "of the view around the vertical [degrees]"},
+}};
+
+constexpr std::array<SceneParameter, 3> kKnotParameters = {{
+    {"along", kKnot.along, true, "rings of the tube, 24 to 10000"},
+    {"around", kKnot.around, true, "corners of a ring, 3 to 2000"},
+    {"angle", kKnotAngleDeg, false, "of the view around the vertical [degrees]"},
+}};
+
+constexpr std::array<SceneParameter, 5> kGrassParameters = {{
+    {"triangles", kGrass.triangles, true, "of all blades, a multiple of 1250"},
+    {"field", kGrass.field_m, false, "side of the field [m]"},
+    {"ground", 1.0, true, "1: soil below the blades, 0: none"},
+    {"distance", 0.0, false, "0: low flight; 1 to 1000: away from 1 to so many radii"},
+    {"seed", static_cast<double>(kGrass.seed), true, "of blades and turns"},
 }};
 
 constexpr std::array<SceneParameter, 5> kTreesParameters = {{
@@ -111,6 +132,19 @@ T whole(const SceneValues& values, std::string_view name) {
     return static_cast<T>(value);
 }
 
+/// 0 or 1 as a truth value.
+Result<bool> flag_of(const SceneValues& values, std::string_view scene, std::string_view name) {
+    const double value = value_of(values, name);
+    if (value != 0.0 && value != 1.0) {
+        return fail(
+            ErrorCode::invalid_argument,
+            std::string(scene) + ": " + std::string(name) + " is " + std::to_string(value) +
+                ", expected 0 or 1"
+        );
+    }
+    return value == 1.0;
+}
+
 Result<CatalogScene> make_island_entry(const SceneValues& values) {
     IslandOptions options;
     options.trees = whole<int>(values, "trees");
@@ -125,6 +159,11 @@ Result<CatalogScene> make_island_entry(const SceneValues& values) {
     options.max_scale = value_of(values, "max-scale");
     options.seed = whole<std::uint64_t>(values, "seed");
     options.tree_seed = whole<std::uint64_t>(values, "tree-seed");
+    const Result<bool> quarter_turns = flag_of(values, "island", "quarter-turns");
+    if (!quarter_turns) {
+        return tl::unexpected(quarter_turns.error());
+    }
+    options.quarter_turns = *quarter_turns;
     auto path = island_path(options);
     if (!path) {
         return tl::unexpected(path.error());
@@ -192,19 +231,6 @@ Result<CatalogScene> with_dolly(Scene scene, double angle_deg) {
     return made;
 }
 
-/// 0 or 1 as a truth value.
-Result<bool> flag_of(const SceneValues& values, std::string_view scene, std::string_view name) {
-    const double value = value_of(values, name);
-    if (value != 0.0 && value != 1.0) {
-        return fail(
-            ErrorCode::invalid_argument,
-            std::string(scene) + ": " + std::string(name) + " is " + std::to_string(value) +
-                ", expected 0 or 1"
-        );
-    }
-    return value == 1.0;
-}
-
 Result<CatalogScene> make_tree_entry(const SceneValues& values) {
     TreesOptions options;
     options.count = 1;
@@ -226,6 +252,39 @@ Result<CatalogScene> make_molecule_entry(const SceneValues& values) {
         return tl::unexpected(scene.error());
     }
     return show_molecule(std::move(*scene), value_of(values, "angle"));
+}
+
+Result<CatalogScene> make_knot_entry(const SceneValues& values) {
+    KnotOptions options;
+    options.along = whole<int>(values, "along");
+    options.around = whole<int>(values, "around");
+    auto scene = make_knot(options);
+    if (!scene) {
+        return tl::unexpected(scene.error());
+    }
+    return with_dolly(std::move(*scene), value_of(values, "angle"));
+}
+
+Result<CatalogScene> make_grass_entry(const SceneValues& values) {
+    GrassOptions options;
+    options.triangles = whole<int>(values, "triangles");
+    options.field_m = value_of(values, "field");
+    options.seed = whole<std::uint64_t>(values, "seed");
+    const Result<bool> ground = flag_of(values, "grass", "ground");
+    if (!ground) {
+        return tl::unexpected(ground.error());
+    }
+    options.ground = *ground;
+    const double distance = value_of(values, "distance");
+    auto path = distance == 0.0 ? grass_flight(options) : grass_dolly(options, distance);
+    if (!path) {
+        return tl::unexpected(path.error());
+    }
+    auto scene = make_grass(options);
+    if (!scene) {
+        return tl::unexpected(scene.error());
+    }
+    return CatalogScene{std::move(*scene), std::move(*path)};
 }
 
 Result<CatalogScene> make_trees_entry(const SceneValues& values) {
@@ -253,7 +312,7 @@ Result<CatalogScene> make_trees_entry(const SceneValues& values) {
     return made;
 }
 
-constexpr std::array<CatalogEntry, 7> kCatalog = {{
+constexpr std::array<CatalogEntry, 9> kCatalog = {{
     {"island",
      "round island with 1117 instances of a willow, 40.6 million triangles",
      kIslandParameters,
@@ -282,6 +341,14 @@ constexpr std::array<CatalogEntry, 7> kCatalog = {{
      "16,384 quarter-turned instances of that tree, 860 million triangles, all in view",
      kTreesParameters,
      make_trees_entry},
+    {"grass",
+     "field of 200,000 blades of grass on soil; low over it, or away from it",
+     kGrassParameters,
+     make_grass_entry},
+    {"knot",
+     "smooth closed tube of 100,000 triangles, from 1.75 to 14 radii away",
+     kKnotParameters,
+     make_knot_entry},
 }};
 
 /// "a, b, c" for messages.

@@ -70,6 +70,37 @@ TEST_CASE("a world of a file has a hierarchy and a walk", "[world]") {
     }
 }
 
+TEST_CASE("atoms of a file are shown as the molecule of the catalogue is", "[world]") {
+    const TemporaryFile file(
+        "world.pdb",
+        "HETATM    1  C                  10.000   0.000   0.000\n"
+        "HETATM    2  O                  12.000   0.000   0.000\n"
+    );
+    Loader loader;
+    loader.options.scene = file.path();
+    const World world = loader.world();
+    CHECK(world.instances == 2);
+    CHECK(world.triangles == 1600);
+    CHECK(world.frames == 121);
+    CHECK(world.width == 124);
+    CHECK(world.height == 124);
+    CHECK(farfield::validate(world.view(120)));
+    loader.options.scene_values["angle"] = 7.0;
+    CHECK_THAT(loader.message(), Catch::EndsWith(": a file has no parameter \"angle\""));
+}
+
+TEST_CASE("an eye far off still sees all of the scene", "[world]") {
+    Loader loader;
+    loader.options.scene = "grass";
+    loader.options.scene_values = {{"triangles", 1250.0}, {"distance", 30.0}};
+    const World world = loader.world();
+    for (const int frame : {0, 120}) {
+        const farfield::View view = world.view(frame);
+        const double away = glm::distance(view.eye, world.middle);
+        CHECK(view.lens.far_distance > away + world.radius);
+    }
+}
+
 TEST_CASE("a scene that is not there is refused", "[world]") {
     Loader loader;
     loader.options.scene = "/nonexistent/hall.obj";

@@ -1,6 +1,7 @@
 #include "scenes/island.hpp"
 
 #include "scenes/island_path.hpp"
+#include "scenes/quarter_turn.hpp"
 #include "scenes/random.hpp"
 #include "scenes/willow.hpp"
 #include <farfield/eval/camera_path.hpp>
@@ -315,6 +316,30 @@ TEST_CASE("trees stand on the ground, inland and apart", "[island]") {
     // The feet reach into the ground all around the trunk: 0.5 m at least at the smallest scale,
     // against a slope that the trunk of 1.3 m across meets.
     CHECK(scene.meshes[1].bounds.lo.y * 0.9 < -0.5);
+}
+
+TEST_CASE("quarter turns change nothing but turns, to the nearest exact ones", "[island]") {
+    const Scene any = scenes::make_island(small()).value();
+    IslandOptions options = small();
+    options.quarter_turns = true;
+    const Scene quarters = scenes::make_island(options).value();
+    CHECK(quarters.meshes[0].positions == any.meshes[0].positions);
+    REQUIRE(quarters.instances.size() == any.instances.size());
+    bool turned = false;
+    for (std::size_t i = 1; i < any.instances.size(); ++i) {
+        const glm::dmat4x3& before = any.instances[i].object_to_world;
+        const glm::dmat4x3& after = quarters.instances[i].object_to_world;
+        const double scale = before[1].y;
+        std::uint64_t turns = 0;
+        while (turns < 4 && after != scenes::quarter_turned(turns, scale, before[3])) {
+            ++turns;
+        }
+        REQUIRE(turns < 4); // entries are exactly 0, scale or -scale
+        turned = turned || turns != 0;
+        // At most 45 degrees from where it was.
+        CHECK(glm::dot(before[2], after[2]) > scale * scale * (std::sqrt(0.5) - 1e-12));
+    }
+    CHECK(turned);
 }
 
 TEST_CASE("options make the same island on every run and another one when changed", "[island]") {

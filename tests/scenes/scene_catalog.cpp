@@ -27,6 +27,8 @@ const std::map<std::string_view, scenes::SceneValues> kSmall = {
     {"forest-zoom", {{"trees", 2.0}, {"tree-triangles", 200.0}}},
     {"tree", {{"triangles", 5000.0}}},
     {"molecule", {{"atoms", 50.0}}},
+    {"grass", {{"triangles", 1250.0}}},
+    {"knot", {{"along", 24.0}, {"around", 3.0}}},
     {"trees", {{"count", 4.0}, {"triangles", 5000.0}}}};
 
 } // namespace
@@ -54,6 +56,14 @@ TEST_CASE("what the catalog does not have is refused by name", "[scene_catalog]"
     // Beyond every int: the scene's own check still sees it.
     CHECK(message_of("island", {{"trees", 1e18}}).find("island: trees is 2147483647") == 0);
     CHECK(message_of("island", {{"trees", -1e18}}).find("island: trees is -2147483648") == 0);
+    CHECK(
+        message_of("island", {{"quarter-turns", 0.5}}) ==
+        "island: quarter-turns is 0.500000, expected a whole number"
+    );
+    CHECK(
+        message_of("island", {{"quarter-turns", -1.0}}) ==
+        "island: quarter-turns is -1.000000, expected 0 or 1"
+    );
     CHECK(message_of("trees", {{"ground", 2.0}}) == "trees: ground is 2.000000, expected 0 or 1");
     CHECK(message_of("island", {{"tree-triangles", 7.0}}).find("willow: triangles is 7") == 0);
 }
@@ -131,6 +141,10 @@ TEST_CASE("every parameter does something", "[scene_catalog]") {
                 value = 70.0; // so far that some first darts no longer stick
             } else if (parameter.name == "min-scale" || parameter.name == "max-scale") {
                 value += parameter.name == "min-scale" ? 0.1 : 0.2;
+            } else if (entry.name == "grass" && parameter.name == "triangles") {
+                value *= 2.0; // a multiple of 1250
+            } else if (entry.name == "grass" && parameter.name == "ground") {
+                value = 0.0;
             } else if (parameter.name == "count") {
                 value *= 4.0; // a power of four
             } else {
