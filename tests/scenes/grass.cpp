@@ -138,7 +138,7 @@ TEST_CASE("the flight stays low over the field and looks 10 degrees down", "[gra
     REQUIRE(farfield::eval::validate(*path));
     REQUIRE(path->frame_count == 120);
     for (int frame = 0; frame < 120; ++frame) {
-        const farfield::CameraPose pose = farfield::eval::pose_at(*path, frame);
+        const farfield::PathPose pose = farfield::eval::pose_at(*path, frame);
         REQUIRE(pose.eye.y == Approx(1.7).epsilon(1e-12));
         REQUIRE(pose.eye.z == Approx(45.0 - 50.0 * frame / 119.0).margin(1e-9));
         const dvec3 look = glm::normalize(pose.target - pose.eye);
