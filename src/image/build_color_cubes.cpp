@@ -192,6 +192,9 @@ Result<void> Builder::check_input() const {
             );
         }
     }
+    if (contents == 0) {
+        return bad("no object has a primitive");
+    }
     if (contents >= kMostContents) {
         return bad(
             std::to_string(contents) + " primitives, at most " + std::to_string(kMostContents - 1)
