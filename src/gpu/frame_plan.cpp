@@ -1,42 +1,14 @@
+#include "core/digest.hpp"
 #include <farfield/gpu/frame_plan.hpp>
-
-#include <array>
-#include <bit>
 
 namespace farfield {
 
 namespace {
 
-/// FNV-1a over 64-bit words: quick, and good enough to tell plans apart.
-class Digest {
+/// With what plans are made of.
+class PlanDigest : public Digest {
   public:
-    void add(std::uint64_t word) noexcept {
-        constexpr std::uint64_t kPrime = 1099511628211ULL;
-        for (int byte = 0; byte < 8; ++byte) {
-            state_ = (state_ ^ ((word >> (8 * byte)) & 0xFFU)) * kPrime;
-        }
-    }
-    void add(double value) noexcept { add(std::bit_cast<std::uint64_t>(value)); }
-    void add(float value) noexcept { add(std::uint64_t{std::bit_cast<std::uint32_t>(value)}); }
-    void add(std::int32_t value) noexcept { add(std::uint64_t{static_cast<std::uint32_t>(value)}); }
-    void add(std::uint32_t value) noexcept { add(std::uint64_t{value}); }
-    void add(bool value) noexcept { add(std::uint64_t{value ? 1U : 0U}); }
-    template <typename Id>
-    requires std::is_enum_v<Id>
-    void add(Id id) noexcept { add(static_cast<std::uint64_t>(id)); }
-    void add(const glm::vec3& v) noexcept {
-        add(v.x);
-        add(v.y);
-        add(v.z);
-    }
-    void add(const glm::dvec3& v) noexcept {
-        add(v.x);
-        add(v.y);
-        add(v.z);
-    }
-    void add(const glm::vec<4, std::uint8_t>& color) noexcept {
-        add(std::bit_cast<std::uint32_t>(std::array{color.r, color.g, color.b, color.a}));
-    }
+    using Digest::add;
     void add(const Region& region) noexcept {
         add(region.x);
         add(region.y);
@@ -57,10 +29,6 @@ class Digest {
         add(view.width);
         add(view.height);
     }
-    [[nodiscard]] std::uint64_t value() const noexcept { return state_; }
-
-  private:
-    std::uint64_t state_ = 14695981039346656037ULL;
 };
 
 } // namespace
@@ -83,7 +51,7 @@ void clear(FramePlan& plan) noexcept {
 namespace {
 
 /// Splats, cubes and single primitives.
-void add_cells(const FramePlan& plan, Digest& digest) noexcept {
+void add_cells(const FramePlan& plan, PlanDigest& digest) noexcept {
     for (const Command& command : plan.commands) {
         digest.add(command.first_selection);
         digest.add(command.selection_count);
@@ -124,7 +92,7 @@ void add_cells(const FramePlan& plan, Digest& digest) noexcept {
 } // namespace
 
 std::uint64_t digest(const FramePlan& plan) noexcept {
-    Digest digest;
+    PlanDigest digest;
     digest.add(plan.cache);
     digest.add(plan.origin);
     digest.add(std::uint64_t{plan.pages.size()});

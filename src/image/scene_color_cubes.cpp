@@ -1,3 +1,4 @@
+#include "core/digest.hpp"
 #include <farfield/image/build_color_cubes.hpp>
 #include <farfield/math/triangle_box.hpp>
 
@@ -152,6 +153,20 @@ Result<ColorCubeModel> build_color_cubes(
         return intersect(placed_bounds(part, instance.object_to_world), box);
     };
     return build_color_cubes(input, sampler, options, executor);
+}
+
+std::uint64_t
+digest(const Scene& scene, const ColorCubeOptions& options, std::uint32_t min_shared) noexcept {
+    Digest digest;
+    digest.add(farfield::digest(scene));
+    digest.add(options.cube_cost);
+    digest.add(options.max_depth);
+    digest.add(options.max_copies);
+    digest.add(options.rays);
+    digest.add(options.colors);
+    digest.add(options.max_light_sets);
+    digest.add(min_shared);
+    return digest.value();
 }
 
 } // namespace farfield

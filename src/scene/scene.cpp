@@ -1,3 +1,4 @@
+#include "core/digest.hpp"
 #include <farfield/core/assert.hpp>
 #include <farfield/scene/scene.hpp>
 
@@ -455,6 +456,49 @@ std::uint64_t memory_bytes(const Scene& scene) noexcept {
         total += sizeof(Texture) + bytes(texture.pixels);
     }
     return total;
+}
+
+std::uint64_t digest(const Scene& scene) noexcept {
+    Digest digest;
+    const auto add_array = [&digest](const auto& array) {
+        digest.add(std::uint64_t{array.size()});
+        digest.add(std::as_bytes(std::span(array)));
+    };
+    digest.add(std::uint64_t{scene.meshes.size()});
+    for (const Mesh& mesh : scene.meshes) {
+        digest.add(mesh.origin);
+        add_array(mesh.positions);
+        add_array(mesh.normals);
+        add_array(mesh.colors);
+        add_array(mesh.texcoords);
+        add_array(mesh.indices);
+        add_array(mesh.parts);
+        digest.add(mesh.splittable);
+    }
+    digest.add(std::uint64_t{scene.materials.size()});
+    for (const Material& material : scene.materials) {
+        for (int i = 0; i < 4; ++i) {
+            digest.add(material.base_color[i]);
+        }
+        digest.add(material.texture);
+        digest.add(material.alpha_cutoff);
+    }
+    digest.add(std::uint64_t{scene.textures.size()});
+    for (const Texture& texture : scene.textures) {
+        digest.add(std::int32_t{texture.width});
+        digest.add(std::int32_t{texture.height});
+        add_array(texture.pixels);
+    }
+    digest.add(std::uint64_t{scene.instances.size()});
+    for (const Instance& instance : scene.instances) {
+        digest.add(instance.mesh);
+        for (int column = 0; column < 4; ++column) {
+            digest.add(instance.object_to_world[column]);
+        }
+    }
+    digest.add(scene.light.to_light);
+    digest.add(scene.light.ambient);
+    return digest.value();
 }
 
 void update_bounds(Mesh& mesh) noexcept {

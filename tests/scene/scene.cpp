@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <functional>
 #include <limits>
 #include <random>
 #include <set>
 #include <tuple>
+#include <vector>
 
 using namespace farfield;
 
@@ -307,4 +310,43 @@ TEST_CASE("flag_splittable gives every part a mesh and an instance of its own") 
     CHECK(scene.meshes[2].indices.size() == 6000);
     // 1000 triangles of a strip have 1002 vertices: none is kept that the part does not use.
     CHECK(scene.meshes[0].positions.size() == 1002);
+}
+
+TEST_CASE("The digest of a scene tells what is drawn, and nothing else") {
+    const Scene scene = make_scene();
+    CHECK(digest(scene) == digest(make_scene()));
+    Scene renamed = scene;
+    renamed.name = "another";
+    renamed.meshes[0].name = "another";
+    renamed.sky = glm::vec3(0.0F);
+    CHECK(digest(renamed) == digest(scene));
+    const std::vector<std::function<void(Scene&)>> changes = {
+        [](Scene& s) { s.meshes[0].origin.y = 1.0; },
+        [](Scene& s) { s.meshes[0].positions[3].z = 1e-6F; },
+        [](Scene& s) {
+            s.meshes[0].normals[0] = {0, 1, 0};
+        },
+        [](Scene& s) { s.meshes[0].colors[2].a = 254; },
+        [](Scene& s) { s.meshes[0].colors.clear(); },
+        [](Scene& s) { s.meshes[0].texcoords[1].x = 0.5F; },
+        [](Scene& s) { std::swap(s.meshes[0].indices[1], s.meshes[0].indices[2]); },
+        [](Scene& s) { s.meshes[0].parts[0].material = kNone<MaterialId>; },
+        [](Scene& s) { s.meshes[0].splittable = true; },
+        [](Scene& s) { s.meshes.push_back(make_strip(1, 1.0F)); },
+        [](Scene& s) { s.materials[0].base_color.w = 0.5F; },
+        [](Scene& s) { s.materials[0].texture = kNone<TextureId>; },
+        [](Scene& s) { s.materials[0].alpha_cutoff = 0.25F; },
+        [](Scene& s) { s.textures[0].pixels[0] = 0; },
+        [](Scene& s) { s.instances[0].object_to_world[3].x = 1e-9; },
+        [](Scene& s) { s.instances.push_back({MeshId{0}}); },
+        [](Scene& s) { s.light.to_light.x = 0.0F; },
+        [](Scene& s) { s.light.ambient = 0.5F; },
+    };
+    std::set<std::uint64_t> digests = {digest(scene)};
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+        Scene changed = scene;
+        changes[i](changed);
+        INFO("change " << i);
+        CHECK(digests.insert(digest(changed)).second);
+    }
 }

@@ -84,7 +84,11 @@ struct ColorCubeTree {
     struct Quality {
         std::uint32_t depth = 0; ///< levels below the root
         std::uint32_t leaves = 0;
+
+        friend bool operator==(const Quality&, const Quality&) = default;
     } quality;
+
+    friend bool operator==(const ColorCubeTree&, const ColorCubeTree&) = default;
 };
 
 /// One appearance of a tree.
@@ -95,6 +99,8 @@ struct CubeReference {
     float scale = 1.0F;          ///< > 0
     glm::mat3 rotation{1.0F};    ///< proper
     glm::vec3 translation{0.0F}; ///< [m] a point p of the tree is at translation + scale rotation p
+
+    friend bool operator==(const CubeReference&, const CubeReference&) = default;
 };
 
 /// A scene as octrees of colour cubes: one tree for every shape that is there several times, and
@@ -104,6 +110,8 @@ struct ColorCubeModel {
     std::vector<ColorCubeTree> trees;
     std::vector<CubeReference> references; ///< of the last tree
     std::uint32_t item_count = 0;          ///< of the scene that it is of
+
+    friend bool operator==(const ColorCubeModel&, const ColorCubeModel&) = default;
 };
 
 /// Bytes held by the arrays.

@@ -114,6 +114,12 @@ check_placement(ItemId item, const Box3d& mesh_bounds, const glm::dmat4x3& objec
 /// Bytes held by meshes, textures and instances, each mesh once.
 [[nodiscard]] std::uint64_t memory_bytes(const Scene& scene) noexcept;
 
+/// A 64-bit digest of all that is drawn of a scene: meshes, materials, textures, instances and
+/// light, but no names, sky or up. Equal scenes have equal digests on every little-endian machine:
+/// what is stored about a scene can tell whether it still belongs to it.
+/// @par Cost some nanoseconds a byte of the scene
+[[nodiscard]] std::uint64_t digest(const Scene& scene) noexcept;
+
 /// Fills `bounds` from `positions` and `origin`.
 void update_bounds(Mesh& mesh) noexcept;
 
