@@ -1,5 +1,6 @@
-// Casting and blending on the CPU: frames of the island of 1117 trees, an image of one tree, and
-// image quads, which cost nothing but their pixels.
+// Casting and blending on the CPU: frames of the island of 1117 trees, an image of one tree, image
+// quads, which cost nothing but their pixels, and splats and cubes.
+#include "cells.hpp"
 #include "support/small_scene.hpp"
 #include <farfield/embree/embree_backend.hpp>
 #include <farfield/math/view.hpp>
@@ -232,5 +233,53 @@ BENCHMARK(show_images)
     ->Args({100, 300, 1})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
+
+/// Shows splats or cubes. @see bench::kCellArguments
+void show_cells(benchmark::State& state) {
+    Scene scene;
+    const auto made = embree::EmbreeBackend::create(scene, nullptr);
+    if (!made) {
+        state.SkipWithError(made.error().message.c_str());
+        return;
+    }
+    bench::show_cells(state, **made);
+}
+BENCHMARK(show_cells)->Apply(bench::cell_arguments)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// Draws every n-th triangle of the ground and of a tree of the island, one by one.
+void cast_selected(benchmark::State& state) {
+    const Island& scene = island();
+    const auto every = static_cast<std::uint32_t>(state.range(0));
+    if (!scene.error.empty()) {
+        state.SkipWithError(scene.error.c_str());
+        return;
+    }
+    FramePlan plan;
+    plan.origin = scene.hierarchy.origin;
+    for (std::size_t item = 0; item < 200; ++item) {
+        const Instance& instance = scene.scene.instances[item];
+        const std::uint64_t triangles =
+            primitive_count(scene.scene.meshes[index_of(instance.mesh)]);
+        const auto first = static_cast<std::uint32_t>(plan.selected.size());
+        for (std::uint32_t i = 0; i < triangles; i += every) {
+            plan.selected.push_back(i);
+        }
+        const auto count = static_cast<std::uint32_t>(plan.selected.size()) - first;
+        plan.selections.push_back({make_id<ItemId>(item), first, count});
+    }
+    Command command;
+    command.selection_count = static_cast<std::uint32_t>(plan.selections.size());
+    plan.commands = {command};
+    Pass frame;
+    frame.view = shore_view();
+    frame.viewport = {0, 0, kWidth, kHeight};
+    frame.scissor = frame.viewport;
+    frame.command_count = 1;
+    plan.passes = {frame};
+    const auto target = scene.backend->create_target(kWidth, kHeight, 1);
+    run(state, *scene.backend, plan, *target, kWidth * kHeight);
+    state.counters["triangles"] = static_cast<double>(plan.selected.size());
+}
+BENCHMARK(cast_selected)->Arg(1)->Arg(10)->Arg(100)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 } // namespace

@@ -40,8 +40,9 @@ REPORT = {
         "extra_fraction", "reference_psnr_db_median",
     },
     "work": {
-        "triangles_per_frame", "draw_calls_per_frame", "image_quads_per_frame", "images_created",
-        "images_reused", "texels_created", "deferred", "evicted", "stale", "new", "combined",
+        "triangles_per_frame", "draw_calls_per_frame", "image_quads_per_frame",
+        "splats_per_frame", "cubes_per_frame", "images_created", "images_reused",
+        "texels_created", "deferred", "evicted", "stale", "new", "combined",
         "reused", "impossible", "keyframes", "budget_misses",
     },
     "memory": {

@@ -84,6 +84,8 @@ ordered_json work_json(const RunReport::Work& work) {
         {"triangles_per_frame", number(work.triangles_per_frame)},
         {"draw_calls_per_frame", number(work.draw_calls_per_frame)},
         {"image_quads_per_frame", number(work.image_quads_per_frame)},
+        {"splats_per_frame", number(work.splats_per_frame)},
+        {"cubes_per_frame", number(work.cubes_per_frame)},
         {"images_created", number(work.images_created)},
         {"images_reused", number(work.images_reused)},
         {"texels_created", number(work.texels_created)},
@@ -109,7 +111,10 @@ ordered_json cost_model_json(const std::optional<CostModel>& model) {
         {"image_pixel_s", model->image_pixel_s},
         {"pass_s", model->pass_s},
         {"texel_s", model->texel_s},
-        {"geometry_pixel_s", model->geometry_pixel_s}};
+        {"geometry_pixel_s", model->geometry_pixel_s},
+        {"splat_s", model->splat_s},
+        {"cube_s", model->cube_s},
+        {"cell_s", model->cell_s}};
 }
 
 } // namespace

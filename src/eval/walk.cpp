@@ -647,6 +647,8 @@ void fill(const ContenderResult& result, RunReport::Work& report) {
         work.draws += frame.work.draws;
         work.image_quads += frame.work.image_quads;
         work.image_texels += frame.work.image_texels;
+        work.splats += frame.work.splats;
+        work.cubes += frame.work.cubes;
         created += frame.cache.images_created;
         combined += frame.cache.images_combined;
         reused += frame.cache.images_reused;
@@ -659,6 +661,8 @@ void fill(const ContenderResult& result, RunReport::Work& report) {
     report.triangles_per_frame = static_cast<double>(work.triangles) / frames;
     report.draw_calls_per_frame = static_cast<double>(work.draws) / frames;
     report.image_quads_per_frame = static_cast<double>(work.image_quads) / frames;
+    report.splats_per_frame = static_cast<double>(work.splats) / frames;
+    report.cubes_per_frame = static_cast<double>(work.cubes) / frames;
     report.images_created = created;
     report.images_reused = reused;
     report.texels_created = work.image_texels;

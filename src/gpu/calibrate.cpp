@@ -32,6 +32,9 @@ constexpr std::int32_t kLargeImage = 64; // [texel]
 constexpr std::uint32_t kMostQuads = 65536;
 constexpr std::uint32_t kMostImages = (kPageSize / kLargeImage) * (kPageSize / kLargeImage);
 constexpr std::uint32_t kMostPieces = 65536;
+constexpr std::uint32_t kFewestCells = 1U << 8U;
+constexpr std::uint32_t kMostCells = 1U << 20U;
+constexpr double kCellSide = 0.7; // [px] half of such splats cover a sample
 // Long enough for clocks and for what else the machine does.
 constexpr double kEnough = 2e-3; // [s]
 // A count is not doubled any more once a single plan takes this share of the time there is.
@@ -144,18 +147,21 @@ class Calibration {
     [[nodiscard]] double time_once(const FramePlan& plan);
     [[nodiscard]] std::vector<double> time_in_turns(const std::vector<FramePlan>& plans);
     template <typename MakePlan>
-    [[nodiscard]] FramePlan double_until_enough(std::uint32_t most, const MakePlan& make_plan);
+    [[nodiscard]] FramePlan
+    double_until_enough(std::uint32_t most, const MakePlan& make_plan, std::uint32_t first = 1);
 
     [[nodiscard]] FramePlan empty_plan() const;
     [[nodiscard]] ImageQuad quad_at(std::int32_t x, std::int32_t y, std::int32_t side) const;
     [[nodiscard]] FramePlan quads_plan(std::uint32_t count, std::int32_t side) const;
     [[nodiscard]] FramePlan images_plan(std::uint32_t count, std::int32_t side) const;
+    [[nodiscard]] FramePlan cells_plan(Command::Kind kind, std::uint32_t count) const;
     [[nodiscard]] FramePlan
     geometry_plan(std::vector<ItemId> items, std::vector<Piece> pieces) const;
 
     void make_pages();
     void measure_quads(CostModel& model);
     void measure_images(CostModel& model);
+    [[nodiscard]] double measure_cells(Command::Kind kind);
     [[nodiscard]] double covered_share() const;
     void measure_pixels(CostModel& model);
     void measure_geometry(CostModel& model);
@@ -240,13 +246,16 @@ std::vector<double> Calibration::time_in_turns(const std::vector<FramePlan>& pla
     return medians;
 }
 
-/// The plan of 1, 2, 4, ... things that takes long enough, warm, or has the most there can be.
+/// The plan of `first` things, or of 2, 4, ... times as many, that takes long enough, warm, or has
+/// the most there can be.
 template <typename MakePlan>
-FramePlan Calibration::double_until_enough(std::uint32_t most, const MakePlan& make_plan) {
+FramePlan Calibration::double_until_enough(
+    std::uint32_t most, const MakePlan& make_plan, std::uint32_t first
+) {
     const auto enough = [&](double time_s) {
         return time_s - empty_s_ >= kEnough || time_s >= kLargestShare * options_.seconds;
     };
-    for (std::uint32_t count = 1;; count = std::min(2 * count, most)) {
+    for (std::uint32_t count = first;; count = std::min(2 * count, most)) {
         FramePlan plan = make_plan(count);
         execute(plan);
         // Once may have been late; a second time says so.
@@ -339,6 +348,42 @@ FramePlan Calibration::images_plan(std::uint32_t count, std::int32_t side) const
     return plan;
 }
 
+/// Splats or cubes all over the frame, in no order that a device could use.
+FramePlan Calibration::cells_plan(Command::Kind kind, std::uint32_t count) const {
+    FramePlan plan = empty_plan();
+    const Lens& lens = view_.lens;
+    const double distance = 0.5 * (lens.near_distance + lens.far_distance);
+    const double pixel = (lens.right - lens.left) / kFrameSize * distance;
+    // The additive sequence of the plastic number fills a square evenly, whatever the count.
+    constexpr double kStepX = 0.7548776662466927;
+    constexpr double kStepY = 0.5698402909980532;
+    plan.cube_frames.emplace_back(1.0F); // the view looks along none of the world's axes
+    double x = 0.0;
+    double y = 0.0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        x += kStepX - (x + kStepX >= 1.0 ? 1.0 : 0.0);
+        y += kStepY - (y + kStepY >= 1.0 ? 1.0 : 0.0);
+        const glm::dvec3 place =
+            view_.camera_to_world[0] * ((lens.left + x * (lens.right - lens.left)) * distance) +
+            view_.camera_to_world[1] * ((lens.bottom + y * (lens.top - lens.bottom)) * distance) -
+            view_.camera_to_world[2] * distance;
+        const glm::vec3 center(place);
+        const auto side = static_cast<float>(kCellSide * pixel);
+        const glm::vec<4, std::uint8_t> color(60, 80, 40, 128);
+        if (kind == Command::Kind::splats) {
+            plan.splats.push_back({center, side, color});
+        } else {
+            plan.cubes.push_back({center, glm::vec3(side), 0, {color, color, color}});
+        }
+    }
+    Command command;
+    command.kind = kind;
+    command.count = count;
+    plan.commands.push_back(command);
+    plan.passes.back().command_count = 1;
+    return plan;
+}
+
 FramePlan Calibration::geometry_plan(std::vector<ItemId> items, std::vector<Piece> pieces) const {
     FramePlan plan = empty_plan();
     Command command;
@@ -392,6 +437,14 @@ void Calibration::measure_images(CostModel& model) {
     model.texel_s = std::max(model.texel_s, kFloor);
     const double contents_s = image_cost(model, square(kSmallQuad));
     model.pass_s = std::max(small_s - model.texel_s * square(kSmallImage) - contents_s, kFloor);
+}
+
+/// @return of one
+double Calibration::measure_cells(Command::Kind kind) {
+    const auto make_plan = [&](std::uint32_t count) { return cells_plan(kind, count); };
+    const FramePlan plan = double_until_enough(kMostCells, make_plan, kFewestCells);
+    const std::vector<double> times = time_in_turns({plan});
+    return std::max((times[0] - empty_s_) / plan.commands[0].count, kFloor);
 }
 
 std::vector<ItemId> Calibration::items_at_rest() const {
@@ -544,9 +597,13 @@ Result<CostModel> Calibration::run() {
     // Geometry costs most to measure and is worth most.
     begin_stage(0.2);
     measure_quads(model);
-    begin_stage(0.4);
+    begin_stage(0.35);
     measure_images(model);
-    begin_stage(0.6);
+    begin_stage(0.45);
+    model.splat_s = measure_cells(Command::Kind::splats);
+    begin_stage(0.55);
+    model.cube_s = measure_cells(Command::Kind::cubes);
+    begin_stage(0.65);
     measure_pixels(model);
     begin_stage(1.0);
     measure_geometry(model);

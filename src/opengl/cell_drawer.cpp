@@ -17,7 +17,7 @@ namespace {
 
 /// Up to so many pixels of a splat are points each. Beyond, its inner pixels are a quad: a device
 /// may take thousands of points, but not a frame full of them for each splat before the eye.
-constexpr std::int32_t kMostPoints = 16;
+constexpr std::int32_t kMostPoints = 4;
 constexpr std::uint32_t kAllSamples = UINT32_MAX;
 
 constexpr const char* kVersion = "#version 450 core\n";

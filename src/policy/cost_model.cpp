@@ -14,7 +14,10 @@ Result<void> validate(const CostModel& model) {
         {"image_pixel_s", model.image_pixel_s},
         {"pass_s", model.pass_s},
         {"texel_s", model.texel_s},
-        {"geometry_pixel_s", model.geometry_pixel_s}};
+        {"geometry_pixel_s", model.geometry_pixel_s},
+        {"splat_s", model.splat_s},
+        {"cube_s", model.cube_s},
+        {"cell_s", model.cell_s}};
     for (const auto& [name, value] : costs) {
         if (!std::isfinite(value) || value < 0.0) {
             return fail(

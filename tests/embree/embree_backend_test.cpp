@@ -38,6 +38,12 @@ TEST_CASE("Positions follow what is cast elsewhere") {
     });
 }
 
+TEST_CASE("Nothing is known of points of splats and cubes that own pixels") {
+    Scene scene = flat_scene();
+    const ItemId wall = add_quad(scene, kRedPaint, {0.0, 0.0, 0.0}, 4.0);
+    check_cell_positions(*make_caster(scene, nullptr, {.positions = true}), wall);
+}
+
 TEST_CASE("The Embree backend can be measured") {
     const SmallWorld world = make_world(small_scene());
     const auto caster = make_caster(world.scene, &world.hierarchy);

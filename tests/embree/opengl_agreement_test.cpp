@@ -218,6 +218,82 @@ TEST_CASE("Images are blended as they are rasterised") {
     CHECK(covered > 3000);
 }
 
+TEST_CASE("Splats and cubes are blended as they are rasterised") {
+    const SmallWorld world = make_world(small_scene());
+    const Pair pair = make_pair(world.scene, &world.hierarchy);
+    if (pair.device == nullptr) {
+        return;
+    }
+    CulledGeometry geometry(world.hierarchy);
+    Random random(77);
+    int apart = 0;
+    int shown = 0;
+    for (int frame = 0; frame < 120; frame += 40) {
+        const View view = small_walk(frame, kWidth, kHeight);
+        const FramePlan& plain = geometry.plan(view);
+        FramePlan plan = plain;
+        const auto place = [&] {
+            const double depth = random.uniform(5.0, 80.0);
+            const glm::dvec3 camera(
+                random.uniform(view.lens.left, view.lens.right) * depth,
+                random.uniform(view.lens.bottom, view.lens.top) * depth,
+                -depth
+            );
+            return glm::vec3(view.eye + view.camera_to_world * camera - plan.origin);
+        };
+        const auto color = [&] {
+            const auto alpha = static_cast<std::uint8_t>(random.below(256));
+            const auto part = [&] { return static_cast<std::uint8_t>(random.below(alpha + 1U)); };
+            const std::uint8_t red = part();
+            const std::uint8_t green = part();
+            return glm::vec<4, std::uint8_t>(red, green, part(), alpha);
+        };
+        for (int i = 0; i < 5000; ++i) {
+            const glm::vec3 center = place();
+            plan.splats.push_back({center, random.uniform(0.0F, 0.5F), color()});
+        }
+        plan.cube_frames = {glm::mat3(1.0F), glm::mat3(view.camera_to_world)};
+        for (std::uint32_t i = 0; i < 100; ++i) {
+            ShownCube cube;
+            cube.center = place();
+            cube.size = random.vector(0.3F, 1.5F);
+            cube.frame = i % 2;
+            cube.faces = {color(), color(), color()};
+            plan.cubes.push_back(cube);
+        }
+        // Cubes between the two halves of the splats.
+        const auto add = [&](Command::Kind kind, std::uint32_t first, std::uint32_t count) {
+            Command command;
+            command.kind = kind;
+            command.first = first;
+            command.count = count;
+            plan.commands.push_back(command);
+            ++plan.passes[0].command_count;
+        };
+        add(Command::Kind::splats, 0, 2500);
+        add(Command::Kind::cubes, 0, 100);
+        add(Command::Kind::splats, 2500, 2500);
+        const Shown rastered = show(*pair.rastered, plan, kWidth, kHeight);
+        const Shown cast = show(*pair.cast, plan, kWidth, kHeight);
+        const Shown without = show(*pair.cast, plain, kWidth, kHeight);
+        for (int y = 1; y + 1 < kHeight; ++y) {
+            for (int x = 1; x + 1 < kWidth; ++x) {
+                const Color color_there = color_at(cast.colors, x, y);
+                shown += color_there != color_at(without.colors, x, y) ? 1 : 0;
+                // Half a step of 255 for each layer, some ten at most on one pixel, or the 2 of
+                // geometry.
+                const bool alike = distance(color_there, color_at(rastered.colors, x, y)) <= 5;
+                const bool edge = !is_calm(without.positions, x, y);
+                apart += alike || edge ? 0 : 1;
+            }
+        }
+    }
+    CAPTURE(shown, apart);
+    CHECK(shown > 10'000);
+    // Rims of cubes, and of leaves within one tree.
+    CHECK(apart < shown / 50);
+}
+
 TEST_CASE("A walk with a cache is cast as it is rasterised") {
     const SmallWorld world = make_world(small_scene());
     const Pair pair = make_pair(world.scene, &world.hierarchy);

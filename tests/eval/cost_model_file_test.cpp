@@ -22,7 +22,10 @@ constexpr CostModel kModel = {
     .image_pixel_s = 0.0,
     .pass_s = 5e-5,
     .texel_s = 6e-300,
-    .geometry_pixel_s = 7e-9};
+    .geometry_pixel_s = 7e-9,
+    .splat_s = 8e-8,
+    .cube_s = 9e-8,
+    .cell_s = 9e-9};
 
 void check_refused(const std::string& text, const std::string& reason) {
     const auto model = eval::parse_cost_model(text, "gpu.json");
@@ -61,7 +64,7 @@ TEST_CASE("costs that cannot be are refused by name and value", "[cost_model_fil
 
 TEST_CASE("every key has to be there and no other may be", "[cost_model_file]") {
     const ordered_json whole = ordered_json::parse(eval::to_json(kModel));
-    REQUIRE(whole.size() == 7);
+    REQUIRE(whole.size() == 10);
     for (const auto& [key, value] : whole.items()) {
         ordered_json without = whole;
         without.erase(key);

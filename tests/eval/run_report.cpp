@@ -208,6 +208,8 @@ TEST_CASE("the JSON of a run has exactly its keys", "[run_report]") {
             "triangles_per_frame",
             "draw_calls_per_frame",
             "image_quads_per_frame",
+            "splats_per_frame",
+            "cubes_per_frame",
             "images_created",
             "images_reused",
             "texels_created",
@@ -279,7 +281,7 @@ TEST_CASE("every figure of a report arrives under its key", "[run_report]") {
     report.image = {51.0, 52.0, 53.0, 54.0, 55.0, 56.0};
     static_cast<RunReport::ImageErrors&>(report.truth) = {61.0, 62.0, 63.0, 64.0, 65.0, 66.0};
     report.truth.reference_psnr_db_median = 67.0;
-    report.work = {71.0, 72.0, 73.0, 74, 75, 76, 77, 78, 79, 80, 81, 82, 83, 84, 85};
+    report.work = {71.0, 72.0, 73.0, 74.0, 75.0, 76, 77, 78, 79, 80, 81, 82, 83, 84, 85, 86, 87};
     report.memory = {91, 92, 93, 94, UINT64_MAX};
     report.cost_model = farfield::CostModel{
         .triangle_s = 1e-7,

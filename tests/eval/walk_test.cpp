@@ -633,6 +633,8 @@ TEST_CASE("figures of a contender come from its frames", "[walk]") {
     CHECK(*report.work.triangles_per_frame == static_cast<double>(world().item_primitives[1]));
     CHECK(*report.work.draw_calls_per_frame == 1.0);
     CHECK(*report.work.image_quads_per_frame == 0.0);
+    CHECK(*report.work.splats_per_frame == 0.0);
+    CHECK(*report.work.cubes_per_frame == 0.0);
     CHECK(*report.work.images_created == 15);
     CHECK(*report.work.combined == 5);
     CHECK(*report.work.new_count == 10);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gpu/flat_scene.hpp"
 #include "support/small_scene.hpp"
 #include <farfield/gpu/backend.hpp>
 #include <farfield/math/view.hpp>
@@ -212,6 +213,62 @@ void check_moved_positions(
             });
         CHECK(of_tree > 100);
     }
+}
+
+/// Half of a wall behind splats and a cube: what owns a pixel shows no point that is known.
+/// @param positions a fresh backend over `scene` that keeps positions
+/// @param wall in the plane z = 0, all over the flat view's pixels [16, 48)
+inline void check_cell_positions(Backend& positions, ItemId wall) {
+    const auto target = positions.create_target(kSize, kSize, 1);
+    REQUIRE(target.has_value());
+    FramePlan plan = flat_plan({wall});
+    // In the plane z = 1 a pixel is 7 / 32 m.
+    const auto splat = [](float x, float y, std::uint8_t alpha, float z) {
+        const float pixel = (8.0F - z) / 32.0F;
+        return Splat{{(x - 32.0F) * pixel, (y - 32.0F) * pixel, z}, 4.0F * pixel, {0, 0, 0, alpha}};
+    };
+    plan.splats = {
+        splat(20.0F, 32.0F, 128, 1.0F),
+        splat(28.0F, 32.0F, 127, 1.0F),
+        splat(36.0F, 32.0F, 255, -1.0F), // behind the wall
+        splat(8.0F, 32.0F, 255, 1.0F)};  // beside it
+    plan.cube_frames = {glm::mat3(1.0F)};
+    ShownCube cube;
+    cube.center = {2.8F, 2.8F, 0.5F}; // 42.5 to 47.1 px at z = 1, from 41.2 px at z = 0
+    cube.size = glm::vec3(1.0F);
+    cube.faces.fill(glm::vec<4, std::uint8_t>(200));
+    plan.cubes = {cube};
+    for (const Command::Kind kind : {Command::Kind::splats, Command::Kind::cubes}) {
+        Command command;
+        command.kind = kind;
+        command.count = kind == Command::Kind::splats ? 4 : 1;
+        plan.commands.push_back(command);
+    }
+    plan.passes[0].command_count = 3;
+    REQUIRE(positions.execute(plan, *target, {}).has_value());
+    const auto picture = positions.read_positions(*target);
+    REQUIRE(picture.has_value());
+    const auto item_at = [&](int x, int y) {
+        return picture
+            ->texels[static_cast<std::size_t>(kSize - 1 - y) * kSize + static_cast<std::size_t>(x)]
+            .item;
+    };
+    CHECK(item_at(19, 31) == kNone<ItemId>);
+    CHECK(item_at(23, 31) == wall);
+    CHECK(item_at(28, 31) == wall);
+    CHECK(item_at(36, 31) == wall);
+    CHECK(item_at(8, 31) == kNone<ItemId>);
+    CHECK(item_at(45, 45) == kNone<ItemId>);
+    CHECK(item_at(40, 40) == wall);
+    // The next frame begins with none of it.
+    REQUIRE(positions.execute(flat_plan({wall}), *target, {}).has_value());
+    const auto plain = positions.read_positions(*target);
+    REQUIRE(plain.has_value());
+    const auto of_wall =
+        std::count_if(plain->texels.begin(), plain->texels.end(), [&](const auto& texel) {
+            return texel.item == wall;
+        });
+    CHECK(of_wall == 32 * 32);
 }
 
 } // namespace farfield::support

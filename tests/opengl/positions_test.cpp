@@ -104,6 +104,18 @@ TEST_CASE("Positions follow the depths of images") {
     check_depth_positions(**positions, boards);
 }
 
+TEST_CASE("Nothing is known of points of splats and cubes that own pixels") {
+    Scene scene = flat_scene();
+    const ItemId wall = add_quad(scene, kRedPaint, {0.0, 0.0, 0.0}, 4.0);
+    const auto device = Device::create(scene);
+    if (device == nullptr) {
+        return;
+    }
+    const auto positions = opengl::OpenGLBackend::create(*device->source, {.positions = true});
+    REQUIRE(positions.has_value());
+    check_cell_positions(**positions, wall);
+}
+
 TEST_CASE("A source that writes no positions") {
     class Silent final : public GeometrySource {
         [[nodiscard]] Capabilities capabilities() const noexcept override { return {}; }

@@ -19,7 +19,10 @@ constexpr std::pair<const char*, double CostModel::*> kFields[] = {
     {"image_pixel_s", &CostModel::image_pixel_s},
     {"pass_s", &CostModel::pass_s},
     {"texel_s", &CostModel::texel_s},
-    {"geometry_pixel_s", &CostModel::geometry_pixel_s}};
+    {"geometry_pixel_s", &CostModel::geometry_pixel_s},
+    {"splat_s", &CostModel::splat_s},
+    {"cube_s", &CostModel::cube_s},
+    {"cell_s", &CostModel::cell_s}};
 
 } // namespace
 

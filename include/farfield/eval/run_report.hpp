@@ -96,6 +96,8 @@ struct RunReport {
         std::optional<double> triangles_per_frame;
         std::optional<double> draw_calls_per_frame;
         std::optional<double> image_quads_per_frame;
+        std::optional<double> splats_per_frame;
+        std::optional<double> cubes_per_frame;
         std::optional<std::uint64_t> images_created;
         std::optional<std::uint64_t> images_reused;
         std::optional<std::uint64_t> texels_created;

@@ -33,6 +33,8 @@ struct CalibrationOptions {
 ///   difference is all pixels; what the small ones take beyond theirs is the quads'.
 /// - `pass_s`, `texel_s`: as many images made of 16 x 16 texels as of 64 x 64, each of one small
 ///   image, whose cost comes off.
+/// - `splat_s`, `cube_s`: splats, and cubes, of 0.7 pixels all over the frame; half of such splats
+///   cover a sample, and three faces of each cube are seen.
 /// - `triangle_s`, `draw_call_s`: the items with the fewest triangles, those with the most, one run
 ///   of primitives of a split item, as many primitives in runs of one; the non-negative least
 ///   squares of relative errors over these. Where all of them have alike many triangles a draw
@@ -40,6 +42,8 @@ struct CalibrationOptions {
 /// - `geometry_pixel_s`: the whole scene on 512 x 512 pixels and on 128 x 128, over the pixels that
 ///   its box covers. It is 0 unless pixels take at least half of the time, as where rays are cast;
 ///   then it comes off first, and triangles and draws are fitted to what is left.
+///
+/// `cell_s` is not of the backend and stays at its default.
 ///
 /// The whole scene fills a frame of 512 x 512 pixels while items are timed, so a triangle costs
 /// what it does at that size.
