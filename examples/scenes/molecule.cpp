@@ -150,8 +150,8 @@ class Fold {
             if (after < kAlphaGap) {
                 continue;
             }
-            // The chord has the length between two points of the curve: regula falsi is exact to
-            // a millionth after three steps on so short a piece.
+            // Somewhere on this piece the chord has its length; over so short a piece it grows so
+            // evenly that three steps along its mean slope are exact to a millionth.
             const double before = glm::distance(curve_[i - 1].place, last);
             double share = (kAlphaGap - before) / (after - before);
             const dvec3 piece = curve_[i].place - curve_[i - 1].place;
