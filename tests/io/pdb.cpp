@@ -157,7 +157,7 @@ TEST_CASE("PDB: a file is loaded as balls, with a warning for radii that nobody 
     CHECK(loaded->scene.name == "test");
     CHECK(loaded->scene.instances.size() == 3);
     CHECK(loaded->scene.meshes.size() == 2);
-    CHECK(primitive_count(loaded->scene) == 3 * 800);
+    CHECK(primitive_count(loaded->scene) == 2400);
     CHECK(loaded->scene.instances[1].object_to_world[0].x == 2.0);
     REQUIRE(loaded->warnings.size() == 1);
     CHECK(loaded->warnings[0] == "Fe has no van der Waals radius, 2 angstrom is taken");

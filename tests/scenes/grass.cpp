@@ -79,7 +79,8 @@ TEST_CASE("the canonical field is the scene it has to be", "[grass]") {
         const glm::dmat4x3& matrix = scene.instances[i].object_to_world;
         // Patch beside patch, 4 m each; -50 + 2 + 4 i is exact.
         CHECK(matrix[3].x == -48.0 + 4.0 * static_cast<double>(i % 25));
-        CHECK(matrix[3].z == -48.0 + 4.0 * static_cast<double>(i / 25));
+        const std::size_t row = i / 25;
+        CHECK(matrix[3].z == -48.0 + 4.0 * static_cast<double>(row));
         std::size_t turn = 0;
         while (turn < 4 && matrix != scenes::quarter_turned(turn, 1.0, matrix[3])) {
             ++turn;
