@@ -197,13 +197,12 @@ CubeGain CellSampler::gain(std::uint32_t cell, const Box3f& box, const ColorCube
     const auto expected = [&](float with) {
         float sum = 0.0F;
         for (std::size_t i = 0; i < kDirections; ++i) {
-            glm::vec3 alphas(0.0F);
-            for (std::size_t a = 0; a < 3; ++a) {
-                const bool positive_side = directions[i][static_cast<int>(a)] < 0.0F;
-                alphas[static_cast<int>(a)] =
-                    static_cast<float>(cube.faces[face_of(a, positive_side)].a) / 255.0F;
+            glm::vec3 depths(0.0F);
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const auto a = static_cast<int>(axis);
+                depths[a] = optical_depth(cube.faces[face_of(axis, directions[i][a] < 0.0F)].a);
             }
-            sum += silhouettes[i] * oblique_alpha(alphas, directions[i], size, with);
+            sum += silhouettes[i] * oblique_alpha(depths, directions[i], size, with);
         }
         return sum;
     };

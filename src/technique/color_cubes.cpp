@@ -186,10 +186,11 @@ void ColorCubes::Walk::show(
                       glm::vec4(*faces[2]) * weights.z;
     float area = sum / depth;
     if (gain != nullptr && color.a > 0.0F) {
-        const glm::vec3 alphas(faces[0]->a, faces[1]->a, faces[2]->a);
-        const float alpha = oblique_alpha(
-            alphas * (1.0F / 255.0F), offset / glm::length(offset), size, gain_of(*gain)
+        const glm::vec3 depths(
+            optical_depth(faces[0]->a), optical_depth(faces[1]->a), optical_depth(faces[2]->a)
         );
+        const float alpha =
+            oblique_alpha(depths, offset / glm::length(offset), size, gain_of(*gain));
         if (self.options_.sheets == CubeSheets::opaque && is_sheet(*gain)) {
             color *= 255.0F / color.a;
             area *= std::sqrt(alpha) * std::sqrt(std::sqrt(alpha)); // see docs/color-cubes.md
@@ -356,7 +357,11 @@ void ColorCubes::Walk::tree(
             // Around the eye, cells of all sizes would be needed: those below are judged instead.
             const bool around = glm::dot(offset, offset) <= radius_sq && profile.first_child != 0;
             if (!around && !pays(profiles, profile, visit.edge, depth)) {
-                if (visit.cell == 0 && reference != nullptr) {
+                if (visit.cell == 0 && reference == nullptr) {
+                    self.statistics_.geometry = true;
+                    return;
+                }
+                if (visit.cell == 0) {
                     whole(reference->item);
                 } else {
                     everything(index, visit.cell, reference);
@@ -533,7 +538,7 @@ const FramePlan& ColorCubes::plan(const View& view) noexcept {
         }
     }
     std::fill(drawn_.back().begin(), drawn_.back().end(), false);
-    if (options_.never_slower && statistics_.cubes == 0) {
+    if (statistics_.geometry || (options_.never_slower && statistics_.cubes == 0)) {
         statistics_.geometry = true;
         return geometry_.plan(view);
     }

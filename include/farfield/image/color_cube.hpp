@@ -33,6 +33,10 @@ static_assert(sizeof(ColorCube) == 24);
 /// independent: a slanted surface, whose far part shows beside the near one, loses alpha.
 [[nodiscard]] ColorCube composed(const std::array<ColorCube, 8>& octants) noexcept;
 
+/// -ln(1 - alpha): what alphas of things behind each other add up as.
+/// @param alpha 255 counts as 254.5
+[[nodiscard]] float optical_depth(std::uint8_t alpha) noexcept;
+
 /// How a box filled with something looks from any direction, from how it looks along its axes.
 ///
 /// Contents are taken for a medium: along axis a their optical depth is tau_a = -ln(1 - alpha_a)
@@ -47,13 +51,13 @@ static_assert(sizeof(ColorCube) == 24);
 /// The gain tells how contents differ from a medium. It is measured such that the covered area is
 /// right in the mean over all directions; along the axes, where o is 0, what was measured there
 /// holds.
-/// @param alphas covered fraction of the faces seen, by axis [0, 1]
+/// @param depths tau of the faces seen, by axis (`optical_depth`)
 /// @param direction unit
 /// @param size of the box along the axes, > 0
 /// @param gain > 0
 /// @return covered fraction of the silhouette [0, 1)
 [[nodiscard]] float oblique_alpha(
-    const glm::vec3& alphas, const glm::vec3& direction, const glm::vec3& size, float gain
+    const glm::vec3& depths, const glm::vec3& direction, const glm::vec3& size, float gain
 ) noexcept;
 
 /// How contents of a cell differ from a medium, in a byte.
