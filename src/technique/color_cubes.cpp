@@ -68,8 +68,9 @@ struct ColorCubes::Walk {
     void tree(std::size_t index, const Frame& frame, const CubeReference* reference) noexcept;
 
   private:
-    [[nodiscard]] bool
-    pays(const Profiles& profiles, const Profile& profile, float edge, float depth) const noexcept;
+    [[nodiscard]] double cost_s(
+        const Profiles& profiles, const Profile& profile, float edge, float depth
+    ) const noexcept;
     void show(
         const Frame& frame,
         const ColorCube& cube,
@@ -130,8 +131,10 @@ ColorCubes::Walk::reference_frame(const Frame& model, const CubeReference& of) c
     return frame;
 }
 
-/// Whether cubes are cheaper than the geometry under a cell, as far as its levels tell.
-bool ColorCubes::Walk::pays(
+/// What a cell takes when it is shown by cubes as far as these are small enough, as far as its
+/// levels tell. [s]
+/// @param edge of the cell, @param depth along the view direction, in one unit
+double ColorCubes::Walk::cost_s(
     const Profiles& profiles, const Profile& profile, float edge, float depth
 ) const noexcept {
     const CostModel& costs = self.options_.costs;
@@ -140,18 +143,27 @@ bool ColorCubes::Walk::pays(
     float size = diameter_px / static_cast<float>(self.options_.cell_px);
     const double cube_s =
         self.options_.drawing == CubeDrawing::splats ? costs.splat_s : costs.cube_s;
-    double cost_s = 0.0;
+    double sum = 0.0;
+    double references = 0.0; // [triangle] that are reached
     for (std::uint32_t i = 0; i < profile.level_count; ++i) {
         const Level& level = profiles.levels[profile.first_level + i];
-        cost_s += level.cells * costs.cell_s;
+        sum += level.cells * costs.cell_s;
         if (size <= 1.0F) {
-            cost_s += level.cells * cube_s;
+            sum += level.cells * cube_s;
             break;
         }
-        cost_s += double{level.leaf_cost} * costs.triangle_s * (1.0 + kSelected);
+        sum += double{level.leaf_cost} * costs.triangle_s * (1.0 + kSelected);
+        references += double{level.reference_cost};
         size *= 0.5F;
     }
-    return cost_s < kWorthIt * double{profile.cost} * costs.triangle_s;
+    if (references > 0.0) {
+        const Profiles& common = self.profiles_[self.common_tree_];
+        const Profile& root = common.cells.front();
+        const double as_cubes = cost_s(common, root, self.common_edge_, depth);
+        const double as_geometry = double{root.cost} * costs.triangle_s;
+        sum += references * costs.triangle_s * std::min(1.0, as_cubes / as_geometry);
+    }
+    return sum;
 }
 
 void ColorCubes::Walk::show(
@@ -356,7 +368,10 @@ void ColorCubes::Walk::tree(
             const Profile& profile = profiles.cells[visit.profile];
             // Around the eye, cells of all sizes would be needed: those below are judged instead.
             const bool around = glm::dot(offset, offset) <= radius_sq && profile.first_child != 0;
-            if (!around && !pays(profiles, profile, visit.edge, depth)) {
+            const double geometry_s = double{profile.cost} * self.options_.costs.triangle_s;
+            if (!around &&
+                cost_s(profiles, profile, visit.edge * frame.scale, depth * frame.scale) >=
+                    kWorthIt * geometry_s) {
                 if (visit.cell == 0 && reference == nullptr) {
                     self.statistics_.geometry = true;
                     return;
@@ -420,6 +435,22 @@ ColorCubes::ColorCubes(
         drawn_[i].resize(contents);
     }
     selected_.resize(model.trees.back().primitives.size());
+    find_common_tree();
+}
+
+void ColorCubes::find_common_tree() {
+    std::vector<double> triangles(model_->trees.size(), 0.0);
+    std::vector<double> edges(model_->trees.size(), 0.0);
+    std::vector<double> counts(model_->trees.size(), 0.0);
+    for (const CubeReference& reference : model_->references) {
+        const ColorCubeTree& tree = model_->trees[reference.tree];
+        triangles[reference.tree] += tree.primitives.front().count;
+        edges[reference.tree] += double{tree.edge} * reference.scale;
+        counts[reference.tree] += 1.0;
+    }
+    const auto most = std::max_element(triangles.begin(), triangles.end());
+    common_tree_ = static_cast<std::size_t>(most - triangles.begin());
+    common_edge_ = static_cast<float>(edges[common_tree_] / std::max(counts[common_tree_], 1.0));
 }
 
 Result<ColorCubes> ColorCubes::create(
@@ -486,8 +517,11 @@ ColorCubes::Profiles ColorCubes::profiles_of(std::size_t index) const {
                 open.push_back({cell.first + i, visit.depth + 1});
             }
             for (std::size_t i = cell.first; cell.octants == 0; ++i) {
-                const double cost = cost_of(tree.contents[i] & ~ColorCubeTree::kLast);
-                levels[visit.depth].leaf_cost += static_cast<float>(cost);
+                const std::uint32_t number = tree.contents[i] & ~ColorCubeTree::kLast;
+                const double cost = cost_of(number);
+                Level& level = levels[visit.depth];
+                (number < tree.reference_count ? level.reference_cost : level.leaf_cost) +=
+                    static_cast<float>(cost);
                 whole += cost;
                 if ((tree.contents[i] & ColorCubeTree::kLast) != 0U) {
                     break;

@@ -105,7 +105,7 @@ struct ColorCubeOptions {
     const SurfaceSampler& sampler,
     const ColorCubeOptions& options,
     Executor& executor,
-    std::uint32_t min_shared = 1024
+    std::uint32_t min_shared = 256
 );
 
 /// A 64-bit digest of all that the model of a `Scene` depends on: with it a stored model tells

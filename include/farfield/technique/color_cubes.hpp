@@ -99,6 +99,7 @@ class ColorCubes {
     struct Level {
         std::uint32_t cells = 0;
         float leaf_cost = 0.0F; ///< [triangle] what leaves of this level bear of their contents
+        float reference_cost = 0.0F; ///< [triangle] of the references in leaves of this level
     };
     /// To foresee what one of the upper cells of a tree costs.
     struct Profile {
@@ -116,12 +117,17 @@ class ColorCubes {
         const Hierarchy& hierarchy, const ColorCubeModel& model, const ColorCubesOptions& options
     );
     [[nodiscard]] Profiles profiles_of(std::size_t tree) const;
+    void find_common_tree();
 
     const Hierarchy* hierarchy_;
     const ColorCubeModel* model_;
     ColorCubesOptions options_;
     CulledGeometry geometry_;
     std::vector<Profiles> profiles_; ///< by tree
+    /// The tree whose references have most of the triangles, and the mean edge of those: what
+    /// references are taken to cost before they are looked at.
+    std::size_t common_tree_ = 0;
+    float common_edge_ = 0.0F; ///< [m]
     FramePlan plan_;
     ColorCubesStatistics statistics_;
     /// By tree and number of its contents: whether it is drawn already; all false between walks.
