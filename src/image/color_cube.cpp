@@ -33,26 +33,8 @@ ColorCube composed(const std::array<ColorCube, 8>& octants) noexcept {
 }
 
 float optical_depth(std::uint8_t alpha) noexcept {
-    static const std::array<float, 256> depths = [] {
-        std::array<float, 256> table{};
-        for (std::size_t i = 0; i < table.size(); ++i) {
-            // An alpha of 8 bits that says 1 says no more than half a step less.
-            const float share = std::min(static_cast<float>(i), 254.5F) / 255.0F;
-            table[i] = -std::log1p(-share);
-        }
-        return table;
-    }();
-    return depths[alpha];
-}
-
-float oblique_alpha(
-    const glm::vec3& depths, const glm::vec3& direction, const glm::vec3& size, float gain
-) noexcept {
-    const glm::vec3 way = glm::abs(direction) / size;
-    const glm::vec3 square = direction * direction;
-    const float factor = 1.0F + (gain - 1.0F) * 1.5F * (1.0F - glm::dot(square, square));
-    const float silhouette = way.x + way.y + way.z; // per volume
-    return 1.0F - std::exp(-factor * glm::length(way * depths) / silhouette);
+    // An alpha of 8 bits that says 1 says no more than half a step less.
+    return -std::log1p(-std::min(static_cast<float>(alpha), 254.5F) / 255.0F);
 }
 
 CubeGain make_gain(float gain, bool sheet) noexcept {
@@ -62,14 +44,7 @@ CubeGain make_gain(float gain, bool sheet) noexcept {
 }
 
 float gain_of(CubeGain gain) noexcept {
-    static const std::array<float, 128> gains = [] {
-        std::array<float, 128> table{};
-        for (std::size_t i = 0; i < table.size(); ++i) {
-            table[i] = std::exp2((static_cast<float>(i) - 64.0F) / 16.0F);
-        }
-        return table;
-    }();
-    return gains[gain.stored & 0x7FU];
+    return std::exp2((static_cast<float>(gain.stored & 0x7FU) - 64.0F) / 16.0F);
 }
 
 } // namespace farfield

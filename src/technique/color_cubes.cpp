@@ -32,6 +32,63 @@ constexpr std::size_t kDeepest = 7 * 21 + 8;
 
 constexpr std::array<unsigned, 8> kFarFirst = {7, 6, 5, 3, 4, 2, 1, 0};
 
+/// Children of a cell, by its octants.
+constexpr std::array<std::uint8_t, 256> kBits = [] {
+    std::array<std::uint8_t, 256> bits{};
+    for (std::size_t i = 0; i < bits.size(); ++i) {
+        bits[i] = static_cast<std::uint8_t>(std::popcount(i));
+    }
+    return bits;
+}();
+
+/// A premultiplied colour with 8 bits more than it will have, two components a word.
+struct MixedColor {
+    std::uint32_t red_blue = 0;
+    std::uint32_t green_alpha = 0;
+
+    [[nodiscard]] std::uint32_t alpha() const noexcept { return green_alpha >> 16U; }
+
+    /// The same colour with another alpha in [0, 1]. @pre alpha() > 0
+    void set_alpha(float wanted) noexcept {
+        constexpr float kWhole = 255.0F * 256.0F;
+        const auto factor =
+            static_cast<std::uint64_t>(wanted * (kWhole * 65536.0F) / static_cast<float>(alpha()));
+        const auto scaled = [&](std::uint32_t component) {
+            return static_cast<std::uint32_t>(component * factor >> 16U);
+        };
+        red_blue = scaled(red_blue & 0xFFFFU) | scaled(red_blue >> 16U) << 16U;
+        green_alpha = scaled(green_alpha & 0xFFFFU) | scaled(green_alpha >> 16U) << 16U;
+    }
+
+    [[nodiscard]] glm::u8vec4 rounded() const noexcept {
+        const auto component = [](std::uint32_t value) {
+            return static_cast<std::uint8_t>((value + 127U) >> 8U);
+        };
+        return {
+            component(red_blue & 0xFFFFU),
+            component(green_alpha & 0xFFFFU),
+            component(red_blue >> 16U),
+            component(green_alpha >> 16U)};
+    }
+};
+
+/// @param weights [0, 1], of sum 1
+MixedColor
+mixed(const std::array<const glm::u8vec4*, 3>& colors, const glm::vec3& weights) noexcept {
+    const auto first = static_cast<std::uint32_t>(weights.x * 256.0F + 0.5F);
+    const auto second =
+        std::min(static_cast<std::uint32_t>(weights.y * 256.0F + 0.5F), 256U - first);
+    const std::array<std::uint32_t, 3> parts = {first, second, 256U - first - second};
+    constexpr std::uint32_t kEven = 0x00FF00FFU;
+    MixedColor result;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const auto packed = std::bit_cast<std::uint32_t>(*colors[i]);
+        result.red_blue += (packed & kEven) * parts[i];
+        result.green_alpha += (packed >> 8U & kEven) * parts[i];
+    }
+    return result;
+}
+
 } // namespace
 
 /// One frame's way through the trees.
@@ -47,13 +104,6 @@ struct ColorCubes::Walk {
         glm::vec3 translation{0.0F};
         float scale = 1.0F;
         std::uint32_t cube_frame = 0; ///< into `FramePlan::cube_frames`
-    };
-    struct Visit {
-        std::uint32_t cell = 0;
-        std::uint32_t profile = kNoProfile;
-        glm::vec3 lo{0.0F};
-        float edge = 0.0F;
-        bool inside = false; ///< of the frustum
     };
 
     ColorCubes& self;
@@ -193,24 +243,25 @@ void ColorCubes::Walk::show(
     const glm::vec3 areas(size.y * size.z, size.z * size.x, size.x * size.y);
     const glm::vec3 seen = glm::abs(offset) * areas;
     const float sum = seen.x + seen.y + seen.z;
-    const glm::vec3 weights = seen / sum;
-    glm::vec4 color = glm::vec4(*faces[0]) * weights.x + glm::vec4(*faces[1]) * weights.y +
-                      glm::vec4(*faces[2]) * weights.z;
+    MixedColor color = mixed(faces, seen * (1.0F / sum));
     float area = sum / depth;
-    if (gain != nullptr && color.a > 0.0F) {
+    if (gain != nullptr && color.alpha() > 0) {
         const glm::vec3 depths(
-            optical_depth(faces[0]->a), optical_depth(faces[1]->a), optical_depth(faces[2]->a)
+            self.optical_depths_[faces[0]->a],
+            self.optical_depths_[faces[1]->a],
+            self.optical_depths_[faces[2]->a]
         );
+        const glm::vec3 direction = offset * (1.0F / glm::length(offset));
         const float alpha =
-            oblique_alpha(depths, offset / glm::length(offset), size, gain_of(*gain));
+            oblique_alpha(depths, direction, size, self.gains_[gain->stored & 0x7FU]);
         if (self.options_.sheets == CubeSheets::opaque && is_sheet(*gain)) {
-            color *= 255.0F / color.a;
+            color.set_alpha(1.0F);
             area *= std::sqrt(alpha) * std::sqrt(std::sqrt(alpha)); // see docs/color-cubes.md
         } else {
-            color *= alpha * 255.0F / color.a;
+            color.set_alpha(alpha);
         }
     }
-    const glm::u8vec4 rounded(color + 0.5F);
+    const glm::u8vec4 rounded = color.rounded();
     if (rounded.a != 0) {
         self.plan_.splats.push_back({center, frame.scale * std::sqrt(area), rounded});
     }
@@ -328,7 +379,7 @@ void ColorCubes::Walk::tree(
     const ColorCube* cubes =
         of.cubes.data() + (reference == nullptr ? 0 : reference->light_set) * of.cells.size();
     const std::size_t first_selected = self.plan_.selected.size();
-    std::array<Visit, kDeepest> open{};
+    Visit* const open = self.open_.data() + self.open_count_;
     std::size_t size = 0;
     open[size++] = {0, 0, of.lo, of.edge, false};
     while (size > 0) {
@@ -385,7 +436,9 @@ void ColorCubes::Walk::tree(
             }
         }
         if (cell.octants == 0) {
+            self.open_count_ += size; // walks of references go on above
             contents(index, cell, frame, reference);
+            self.open_count_ -= size;
             continue;
         }
         const unsigned nearest = (frame.eye.x > middle.x ? 1U : 0U) |
@@ -399,8 +452,7 @@ void ColorCubes::Walk::tree(
             if ((cell.octants >> octant & 1U) == 0U) {
                 continue;
             }
-            const auto before =
-                static_cast<std::uint32_t>(std::popcount(cell.octants & ((1U << octant) - 1U)));
+            const auto before = std::uint32_t{kBits[cell.octants & ((1U << octant) - 1U)]};
             const glm::vec3 upper(octant & 1U, octant >> 1U & 1U, octant >> 2U);
             open[size++] = {
                 cell.first + before,
@@ -424,7 +476,7 @@ ColorCubes::ColorCubes(
     const Hierarchy& hierarchy, const ColorCubeModel& model, const ColorCubesOptions& options
 )
     : hierarchy_(&hierarchy), model_(&model), options_(options), geometry_(hierarchy),
-      drawn_(model.trees.size()) {
+      drawn_(model.trees.size()), open_(2 * kDeepest) {
     for (std::size_t i = 0; i < model.trees.size(); ++i) {
         profiles_.push_back(profiles_of(i));
         const ColorCubeTree& tree = model.trees[i];
@@ -435,6 +487,12 @@ ColorCubes::ColorCubes(
         drawn_[i].resize(contents);
     }
     selected_.resize(model.trees.back().primitives.size());
+    for (std::size_t i = 0; i < optical_depths_.size(); ++i) {
+        optical_depths_[i] = optical_depth(static_cast<std::uint8_t>(i));
+    }
+    for (std::size_t i = 0; i < gains_.size(); ++i) {
+        gains_[i] = gain_of({static_cast<std::uint8_t>(i)});
+    }
     find_common_tree();
 }
 

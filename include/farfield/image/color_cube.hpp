@@ -1,9 +1,13 @@
 #pragma once
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 namespace farfield {
@@ -56,9 +60,15 @@ static_assert(sizeof(ColorCube) == 24);
 /// @param size of the box along the axes, > 0
 /// @param gain > 0
 /// @return covered fraction of the silhouette [0, 1)
-[[nodiscard]] float oblique_alpha(
+[[nodiscard]] inline float oblique_alpha(
     const glm::vec3& depths, const glm::vec3& direction, const glm::vec3& size, float gain
-) noexcept;
+) noexcept {
+    const glm::vec3 way = glm::abs(direction) / size;
+    const glm::vec3 square = direction * direction;
+    const float factor = 1.0F + (gain - 1.0F) * 1.5F * (1.0F - glm::dot(square, square));
+    const float silhouette = way.x + way.y + way.z; // per volume
+    return 1.0F - std::exp(-factor * glm::length(way * depths) / silhouette);
+}
 
 /// How contents of a cell differ from a medium, in a byte.
 struct CubeGain {

@@ -10,6 +10,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -95,6 +96,15 @@ class ColorCubes {
   private:
     struct Walk;
 
+    /// A cell that is still to be looked at.
+    struct Visit {
+        std::uint32_t cell = 0;
+        std::uint32_t profile = 0; ///< into `Profiles::cells`; none: UINT32_MAX
+        glm::vec3 lo{0.0F};
+        float edge = 0.0F;
+        bool inside = false; ///< of the frustum
+    };
+
     /// What lies one level below the other under one of the upper cells of a tree.
     struct Level {
         std::uint32_t cells = 0;
@@ -127,13 +137,17 @@ class ColorCubes {
     /// The tree whose references have most of the triangles, and the mean edge of those: what
     /// references are taken to cost before they are looked at.
     std::size_t common_tree_ = 0;
-    float common_edge_ = 0.0F; ///< [m]
+    float common_edge_ = 0.0F;                ///< [m]
+    std::array<float, 256> optical_depths_{}; ///< by alpha
+    std::array<float, 128> gains_{};          ///< by `CubeGain::stored`, without its highest bit
     FramePlan plan_;
     ColorCubesStatistics statistics_;
     /// By tree and number of its contents: whether it is drawn already; all false between walks.
     std::vector<std::vector<bool>> drawn_;
     /// By entry of `ColorCubeTree::primitives` of the last tree: triangles to draw.
     std::vector<std::vector<std::uint32_t>> selected_;
+    std::vector<Visit> open_; ///< of the walks through a tree and a reference of it
+    std::size_t open_count_ = 0;
     std::vector<std::pair<float, std::uint32_t>> near_references_; ///< of a leaf, by distance
 };
 
