@@ -1,7 +1,7 @@
 # Refuses what the options cannot mean together, before anything is looked for.
 
 if(FARFIELD_BUILD_EXAMPLES)
-    foreach(part IN ITEMS IO OPENGL EVAL)
+    foreach(part IN ITEMS IO OPENGL EMBREE PARALLEL EVAL)
         if(NOT FARFIELD_BUILD_${part})
             message(
                 FATAL_ERROR

@@ -357,7 +357,7 @@ Result<void> run_program(CLI::App& app, const std::function<void()>& parse) {
     Options options;
     run::add_scene_options(app, options.world);
     app.add_option("--technique", options.run.technique)
-        ->check(CLI::IsMember({"geometry", "mesh-lod", "image-cache"}));
+        ->check(CLI::IsMember({"geometry", "mesh-lod", "image-cache", "color-cubes"}));
     app.add_option("--backend", options.run.backend)
         ->check(CLI::IsMember({"opengl", "embree", "null"}));
     app.add_option(
@@ -391,6 +391,7 @@ Result<void> run_program(CLI::App& app, const std::function<void()>& parse) {
         ->check(CLI::Range(0, 1 << 20));
     app.add_flag("--exact-pixels", options.run.cache.exact_pixels);
     run::add_axis_options(app, options.run);
+    run::add_cube_options(app, options.run);
     run::add_partition_options(app, options.world);
     app.add_option(
         "--overlap-px", options.run.cache.overlap_px, "least overlap of split surfaces [texels]"

@@ -104,6 +104,33 @@ void add_axis_options(CLI::App& app, RunOptions& options) {
     );
 }
 
+void add_cube_options(CLI::App& app, RunOptions& options) {
+    CubeModelOptions& model = options.cube_model;
+    app.add_option("--cell-px", options.cubes.cell_px, "largest colour cube on the screen [px]");
+    add_names(
+        app, "--cube-drawing", options.cubes.drawing, cube_drawing_names(), "how cubes are drawn"
+    );
+    add_names(
+        app, "--cube-sheets", options.cubes.sheets, cube_sheet_names(), "how surfaces are drawn"
+    );
+    app.add_flag_callback(
+        "--always-cubes",
+        [&options] { options.cubes.never_slower = false; },
+        "colour cubes even where geometry is cheaper"
+    );
+    add_names(
+        app, "--cube-colors", model.build.colors, cube_color_names(), "where colours come from"
+    );
+    app.add_option("--cube-rays", model.build.rays, "rays a side of a face");
+    app.add_option("--cube-cost", model.build.cube_cost, "of drawing a cube [triangles]");
+    app.add_option(
+        "--min-shared", model.min_shared, "least triangles of a mesh that has its own octree"
+    );
+    app.add_option(
+        "--cubes", model.file, "file of the colour cubes: read if it is there, else written"
+    );
+}
+
 Result<void> make_folder(const std::string& folder) {
     if (folder.empty()) {
         return {};

@@ -94,8 +94,27 @@ const Names<SurfacePlacement>& surface_names() {
     return names;
 }
 
+const Names<CubeDrawing>& cube_drawing_names() {
+    static const Names<CubeDrawing> names = {
+        {"splats", CubeDrawing::splats}, {"faces", CubeDrawing::faces}};
+    return names;
+}
+
+const Names<CubeSheets>& cube_sheet_names() {
+    static const Names<CubeSheets> names = {
+        {"blended", CubeSheets::blended}, {"opaque", CubeSheets::opaque}};
+    return names;
+}
+
+const Names<CubeColors>& cube_color_names() {
+    static const Names<CubeColors> names = {
+        {"sampled", CubeColors::sampled}, {"composed", CubeColors::composed}};
+    return names;
+}
+
 Result<void> validate(const RunOptions& options) {
-    constexpr std::array<std::string_view, 3> kTechniques = {"geometry", "mesh-lod", "image-cache"};
+    constexpr std::array<std::string_view, 4> kTechniques = {
+        "geometry", "mesh-lod", "image-cache", "color-cubes"};
     constexpr std::array<std::string_view, 2> kPresets = {"shade1996", "schaufler1996"};
     constexpr std::array<std::string_view, 2> kLevels = {"collapse", "cluster"};
     constexpr std::array<std::string_view, 3> kBackends = {"opengl", "embree", "null"};
@@ -139,6 +158,22 @@ Technique::create(const World& world, const RunOptions& options, Backend& backen
     if (!costs) {
         return tl::unexpected(costs.error());
     }
+    technique.costs_ = *costs;
+    if (options.technique == "color-cubes") {
+        auto model = make_color_cubes(world, options.cube_model);
+        if (!model) {
+            return tl::unexpected(std::move(model).error());
+        }
+        technique.cube_model_ = std::make_unique<CubeModel>(std::move(*model));
+        ColorCubesOptions cubes = options.cubes;
+        cubes.costs = *costs;
+        auto made = ColorCubes::create(world.hierarchy, technique.cube_model_->model, cubes);
+        if (!made) {
+            return tl::unexpected(std::move(made).error());
+        }
+        technique.cubes_ = std::make_unique<ColorCubes>(std::move(*made));
+        return technique;
+    }
     ImageCacheOptions cache = cache_options(options);
     cache.costs = *costs;
     cache.frame_samples = options.samples;
@@ -160,6 +195,11 @@ Planner Technique::planner() const {
     } else if (levels_) {
         planner.plan = [levels = levels_.get()](const View& view, const Motion& /*motion*/)
             -> const FramePlan& { return levels->plan(view); };
+    } else if (cubes_) {
+        planner.plan =
+            [cubes = cubes_.get()](const View& view, const Motion& /*motion*/) -> const FramePlan& {
+            return cubes->plan(view);
+        };
     } else {
         planner.plan = [cache = cache_.get()](
                            const View& view, const Motion& motion
@@ -182,8 +222,14 @@ void Technique::add_to_report(RunReport& report) const {
     if (cache_ || levels_) {
         report.error_px = options_.cache.error_px;
     }
+    if (cubes_) {
+        report.memory.hierarchy_bytes = memory_bytes(cube_model_->model);
+        report.scene.build_ms = cube_model_->build_s * 1e3;
+    }
+    if (cache_ || cubes_) {
+        report.cost_model = costs_;
+    }
     if (cache_) {
-        report.cost_model = cache_options_.costs;
         report.memory.image_budget_bytes = cache_options_.image_budget_bytes;
     }
 }

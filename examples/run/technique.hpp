@@ -1,10 +1,12 @@
 #pragma once
 
+#include "run/color_cubes.hpp"
 #include "run/world.hpp"
 #include <farfield/core/result.hpp>
 #include <farfield/eval/run_report.hpp>
 #include <farfield/eval/walk.hpp>
 #include <farfield/gpu/backend.hpp>
+#include <farfield/technique/color_cubes.hpp>
 #include <farfield/technique/culled_geometry.hpp>
 #include <farfield/technique/image_cache.hpp>
 #include <farfield/technique/mesh_lod.hpp>
@@ -26,12 +28,18 @@ using Names = std::map<std::string, Value>;
 [[nodiscard]] const Names<QuadDepth>& depth_names();
 [[nodiscard]] const Names<SurfacePlacement>& surface_names();
 
+/// The same of colour cubes.
+[[nodiscard]] const Names<CubeDrawing>& cube_drawing_names();
+[[nodiscard]] const Names<CubeSheets>& cube_sheet_names();
+[[nodiscard]] const Names<CubeColors>& cube_color_names();
+
 /// One technique on one backend. Names as the options of the programs.
 struct RunOptions {
-    std::string technique = "image-cache"; ///< geometry, mesh-lod or image-cache
-    std::string preset = "shade1996";      ///< of an image cache: shade1996 or schaufler1996
-    std::string levels = "collapse";       ///< of mesh-lod: collapse or cluster
-    std::string backend = "opengl";        ///< opengl, embree or null
+    /// geometry, mesh-lod, image-cache or color-cubes
+    std::string technique = "image-cache";
+    std::string preset = "shade1996"; ///< of an image cache: shade1996 or schaufler1996
+    std::string levels = "collapse";  ///< of mesh-lod: collapse or cluster
+    std::string backend = "opengl";   ///< opengl, embree or null
     /// File of a cost model; "measure"; empty: the stored one of the backend.
     std::string cost_model;
     /// What the preset leaves open; `error_px` is that of mesh-lod as well.
@@ -42,6 +50,8 @@ struct RunOptions {
     std::optional<ImagePolicy> policy;
     std::uint64_t budget_mib = 64;
     std::int32_t samples = 1; ///< per pixel of the frame
+    CubeModelOptions cube_model;
+    ColorCubesOptions cubes; ///< all but the costs
 };
 
 /// Checks names and what the options cannot mean together.
@@ -61,7 +71,11 @@ class Technique {
     /// Null unless it is an image cache.
     [[nodiscard]] const ImageCache* cache() const noexcept { return cache_.get(); }
 
-    /// What it promises; none for plain geometry and for levels of detail.
+    /// Null unless it is colour cubes.
+    [[nodiscard]] const ColorCubes* cubes() const noexcept { return cubes_.get(); }
+    [[nodiscard]] const CubeModel* cube_model() const noexcept { return cube_model_.get(); }
+
+    /// What it promises; none for all but image caches.
     [[nodiscard]] std::optional<double> promise_px() const noexcept;
 
     /// Fills in what is known without walking.
@@ -72,7 +86,10 @@ class Technique {
     std::unique_ptr<CulledGeometry> geometry_;
     std::unique_ptr<MeshLod> levels_;
     std::unique_ptr<ImageCache> cache_;
+    std::unique_ptr<CubeModel> cube_model_;
+    std::unique_ptr<ColorCubes> cubes_;
     ImageCacheOptions cache_options_;
+    CostModel costs_;
 };
 
 /// A report with all that is known of the world.
