@@ -399,7 +399,8 @@ void list_flats(std::span<TileTask> tiles, FrameWork& work) {
         const std::int32_t top = (around.y + around.height - 1 - scissor.y) / kTile;
         for (std::int32_t row = bottom; row <= top; ++row) {
             for (std::int32_t column = left; column <= right; ++column) {
-                visit(tiles[static_cast<std::size_t>(row * columns + column)]);
+                const std::ptrdiff_t tile = std::ptrdiff_t{row} * columns + column;
+                visit(tiles[static_cast<std::size_t>(tile)]);
             }
         }
     };

@@ -81,6 +81,12 @@ std::unique_ptr<Drawer> empty_drawer() {
     return make_drawer(scene);
 }
 
+/// Of a pixel in an array of rows.
+std::size_t place_of(int x, int y, int width) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(x);
+}
+
 int count_colored(const Picture& picture) {
     int count = 0;
     for (int y = 0; y < picture.height; ++y) {
@@ -146,8 +152,7 @@ TEST_CASE("A splat covers the samples in its square, the left and lower edges in
                     const int center_y = 8 * row + 4;
                     const bool inside = x <= center_x && center_x < x + side && y <= center_y &&
                                         center_y < y + side;
-                    expected[static_cast<std::size_t>((kSize - 1 - row) * kSize + column)] +=
-                        inside ? 1 : 0;
+                    expected[place_of(column, kSize - 1 - row, kSize)] += inside ? 1 : 0;
                 }
             }
         }
@@ -156,7 +161,7 @@ TEST_CASE("A splat covers the samples in its square, the left and lower edges in
         int covered = 0;
         for (int y = 0; y < kSize; ++y) {
             for (int x = 0; x < kSize; ++x) {
-                const int there = expected[static_cast<std::size_t>(y * kSize + x)];
+                const int there = expected[place_of(x, y, kSize)];
                 wrong += color_at(picture, x, y)[0] == there ? 0 : 1;
                 covered += there;
             }
@@ -316,8 +321,7 @@ TEST_CASE("Splats are where the view projects them, far from the world's origin 
                     for (int x = scissor.x; x < scissor.x + scissor.width; ++x) {
                         const bool inside = std::abs(x + 0.5 - middle_x) < half_x &&
                                             std::abs(y + 0.5 - middle_y) < half_y;
-                        expected[static_cast<std::size_t>((kHeight - 1 - y) * kWidth + x)] +=
-                            inside ? 1 : 0;
+                        expected[place_of(x, kHeight - 1 - y, kWidth)] += inside ? 1 : 0;
                     }
                 }
             }
@@ -327,7 +331,7 @@ TEST_CASE("Splats are where the view projects them, far from the world's origin 
             int covered = 0;
             for (int y = 0; y < kHeight; ++y) {
                 for (int x = 0; x < kWidth; ++x) {
-                    const int there = expected[static_cast<std::size_t>(y * kWidth + x)];
+                    const int there = expected[place_of(x, y, kWidth)];
                     wrong += color_at(picture, x, y)[0] == there ? 0 : 1;
                     covered += there;
                 }
