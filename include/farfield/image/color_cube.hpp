@@ -59,7 +59,7 @@ static_assert(sizeof(ColorCube) == 24);
 /// @param direction unit
 /// @param size of the box along the axes, > 0
 /// @param gain > 0
-/// @return covered fraction of the silhouette [0, 1)
+/// @return covered fraction of the silhouette [0, 1]; 1 where no float is between
 [[nodiscard]] inline float oblique_alpha(
     const glm::vec3& depths, const glm::vec3& direction, const glm::vec3& size, float gain
 ) noexcept {

@@ -1,0 +1,258 @@
+#include "support/random.hpp"
+#include <farfield/image/color_cube.hpp>
+#include <farfield/image/color_cube_model.hpp>
+
+#include <catch2/catch.hpp>
+#include <glm/geometric.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+using namespace farfield;
+using farfield::support::Random;
+
+namespace {
+
+using Octants = std::array<ColorCube, 8>;
+
+/// A premultiplied colour of any alpha, often empty or opaque.
+glm::u8vec4 random_color(Random& random) {
+    const unsigned kind = random.below(4);
+    const unsigned alpha = kind == 0 ? 0 : kind == 1 ? 255 : random.below(256);
+    const auto component = [&] { return static_cast<std::uint8_t>(random.below(alpha + 1)); };
+    const std::uint8_t red = component();
+    const std::uint8_t green = component();
+    return {red, green, component(), static_cast<std::uint8_t>(alpha)};
+}
+
+Octants random_octants(Random& random) {
+    Octants octants;
+    for (ColorCube& cube : octants) {
+        for (glm::u8vec4& face : cube.faces) {
+            face = random_color(random);
+        }
+    }
+    return octants;
+}
+
+/// A face by the definition, in double.
+glm::dvec4 expected_face(const Octants& octants, std::size_t axis, bool positive) {
+    glm::dvec4 sum(0.0);
+    for (std::size_t octant = 0; octant < 8; ++octant) {
+        const bool near_eye = ((octant >> axis & 1U) != 0) == positive;
+        if (near_eye) {
+            const std::size_t face = face_of(axis, positive);
+            const glm::dvec4 over(octants[octant].faces[face]);
+            const glm::dvec4 under(octants[octant ^ (1U << axis)].faces[face]);
+            sum += over + under * (1.0 - over.a / 255.0);
+        }
+    }
+    return sum / 4.0;
+}
+
+/// The same from alphas that are no bytes.
+float alpha_aslant(
+    const glm::vec3& alphas, const glm::vec3& direction, const glm::vec3& size, float gain
+) {
+    const glm::vec3 depths(-std::log1p(-alphas.x), -std::log1p(-alphas.y), -std::log1p(-alphas.z));
+    return oblique_alpha(depths, direction, size, gain);
+}
+
+/// Steps of rounding that a handful of float operations may make.
+constexpr float kRounding = 16 * 0x1p-24F;
+
+} // namespace
+
+TEST_CASE("Faces are numbered by axis and side") {
+    CHECK(face_of(0, false) == 0);
+    CHECK(face_of(0, true) == 1);
+    CHECK(face_of(2, false) == 4);
+    CHECK(face_of(2, true) == 5);
+}
+
+TEST_CASE("Composed cubes are those of the definition, rounded to nearest") {
+    Random random(1);
+    for (int run = 0; run < 2000; ++run) {
+        const Octants octants = random_octants(random);
+        const ColorCube cube = composed(octants);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            for (const bool positive : {false, true}) {
+                const glm::dvec4 expected = expected_face(octants, axis, positive);
+                const glm::u8vec4& face = cube.faces[face_of(axis, positive)];
+                INFO("run " << run << ", axis " << axis << ", positive " << positive);
+                for (int i = 0; i < 4; ++i) {
+                    CHECK(std::abs(static_cast<double>(face[i]) - expected[i]) <= 0.5 + 1e-9);
+                }
+                CHECK(face.r <= face.a);
+                CHECK(face.g <= face.a);
+                CHECK(face.b <= face.a);
+            }
+        }
+    }
+}
+
+TEST_CASE("Nothing is composed of nothing, and equal opaque cubes of themselves") {
+    CHECK(composed({}) == ColorCube{});
+    ColorCube opaque;
+    for (std::size_t face = 0; face < 6; ++face) {
+        const auto value = static_cast<std::uint8_t>(face * 50);
+        opaque.faces[face] = {value, 255 - value, 255, 255};
+    }
+    Octants octants;
+    octants.fill(opaque);
+    CHECK(composed(octants) == opaque);
+}
+
+TEST_CASE("What is far shows only through what is near") {
+    Random random(2);
+    for (int run = 0; run < 100; ++run) {
+        Octants octants = random_octants(random);
+        // The upper half of y is opaque for an eye above, and empty for one below.
+        for (std::size_t octant = 0; octant < 8; ++octant) {
+            if ((octant & 2U) != 0) {
+                octants[octant].faces[face_of(1, true)].a = 255;
+                octants[octant].faces[face_of(1, false)] = {};
+            }
+        }
+        const ColorCube before = composed(octants);
+        const Octants other = random_octants(random);
+        Octants changed = octants;
+        for (std::size_t octant = 0; octant < 8; ++octant) {
+            if ((octant & 2U) == 0) {
+                changed[octant] = other[octant];
+            }
+        }
+        CHECK(composed(changed).faces[face_of(1, true)] == before.faces[face_of(1, true)]);
+        // From below nothing is behind, so the near half is seen as it is, in the mean of four.
+        glm::uvec4 sum(2U);
+        for (const std::size_t octant : {0U, 1U, 4U, 5U}) {
+            sum += glm::uvec4(octants[octant].faces[face_of(1, false)]);
+        }
+        CHECK(before.faces[face_of(1, false)] == glm::u8vec4(sum / 4U));
+    }
+}
+
+TEST_CASE("Along the axes the measured alpha holds for every gain") {
+    Random random(3);
+    for (int run = 0; run < 500; ++run) {
+        const glm::vec3 alphas = random.vector(0.0F, 0.998F);
+        const glm::vec3 size = random.vector(0.1F, 10.0F);
+        const float gain = std::exp2(random.uniform(-4.0F, 4.0F));
+        for (int axis = 0; axis < 3; ++axis) {
+            for (const float sign : {-1.0F, 1.0F}) {
+                glm::vec3 direction(0.0F);
+                direction[axis] = sign;
+                const float alpha = alpha_aslant(alphas, direction, size, gain);
+                // Depths up to 6.2 lose as many roundings, of which an exponential keeps its part.
+                CHECK(std::abs(alpha - alphas[axis]) <= kRounding);
+            }
+        }
+    }
+}
+
+TEST_CASE("Optical depths are those of the alphas, and finite") {
+    for (unsigned alpha = 0; alpha < 255; ++alpha) {
+        const double expected = -std::log1p(-static_cast<double>(alpha) / 255.0);
+        CHECK(
+            optical_depth(static_cast<std::uint8_t>(alpha)) ==
+            Approx(expected).epsilon(1e-6).margin(1e-12)
+        );
+    }
+    CHECK(optical_depth(0) == 0.0F);
+    CHECK(optical_depth(255) == Approx(-std::log(0.5 / 255.0)).epsilon(1e-6));
+}
+
+TEST_CASE("A flat sheet covers the same part of itself from every direction") {
+    Random random(4);
+    constexpr float kThickness = 1e-5F;
+    for (int run = 0; run < 2000; ++run) {
+        const auto axis = static_cast<int>(random.below(3));
+        const glm::vec3 direction = random.direction<float>();
+        const float along = std::abs(direction[axis]);
+        if (along < 0.05F) {
+            continue;
+        }
+        glm::vec3 size(1.0F);
+        size[axis] = kThickness;
+        glm::vec3 alphas(0.0F);
+        alphas[axis] = random.uniform(0.0F, 0.99F);
+        const float alpha = alpha_aslant(alphas, direction, size, 1.0F);
+        // Its sides take a part of the silhouette: t (|d_u| + |d_v|) / |d_a|, at most 1.5 t /
+        // |d_a|, and the optical depth, at most 4.7, is less by it.
+        CHECK(std::abs(alpha - alphas[axis]) <= 4.7F * 1.5F * kThickness / along + kRounding);
+    }
+}
+
+TEST_CASE("A sparse medium has the same cross-section from every direction") {
+    Random random(5);
+    for (int run = 0; run < 2000; ++run) {
+        const glm::vec3 size = random.vector(0.5F, 2.0F);
+        constexpr float kDensity = 1e-3F;
+        glm::vec3 alphas(0.0F);
+        for (int axis = 0; axis < 3; ++axis) {
+            alphas[axis] = -std::expm1(-kDensity * size[axis]);
+        }
+        const glm::vec3 d = glm::abs(random.direction<float>());
+        const float silhouette =
+            d.x * size.y * size.z + d.y * size.z * size.x + d.z * size.x * size.y;
+        const float area = silhouette * alpha_aslant(alphas, d, size, 1.0F);
+        const float volume = size.x * size.y * size.z;
+        // Half of the optical depth is lost to what hides itself: at most density times diagonal.
+        CHECK(area == Approx(kDensity * volume).epsilon(kDensity * glm::length(size)));
+    }
+}
+
+TEST_CASE("More contents cover more, and never more than all") {
+    Random random(6);
+    for (int run = 0; run < 5000; ++run) {
+        const glm::vec3 alphas = random.vector(0.0F, 1.0F);
+        const glm::vec3 direction = random.direction<float>();
+        const glm::vec3 size = random.vector(0.1F, 10.0F);
+        const float gain = std::exp2(random.uniform(-4.0F, 3.9F));
+        const float alpha = alpha_aslant(alphas, direction, size, gain);
+        CHECK(alpha >= 0.0F);
+        CHECK(alpha <= 1.0F);
+        CHECK(alpha_aslant(alphas, -direction, size, gain) == alpha);
+        CHECK(alpha_aslant(alphas, direction, size, gain * 1.05F) >= alpha - kRounding);
+        for (int axis = 0; axis < 3; ++axis) {
+            glm::vec3 more = alphas;
+            more[axis] += random.uniform(0.0F, 1.0F - alphas[axis]);
+            CHECK(alpha_aslant(more, direction, size, gain) >= alpha - kRounding);
+        }
+        CHECK(alpha_aslant(glm::vec3(0.0F), direction, size, gain) == 0.0F);
+    }
+}
+
+TEST_CASE("Gains are kept within half a step") {
+    Random random(7);
+    constexpr float kSmallest = 1.0F / 16.0F;
+    const float largest = std::exp2(63.0F / 16.0F);
+    for (int run = 0; run < 2000; ++run) {
+        const float gain = std::exp2(random.uniform(-4.0F, 63.0F / 16.0F));
+        const bool sheet = random.below(2) == 0;
+        const CubeGain kept = make_gain(gain, sheet);
+        CHECK(is_sheet(kept) == sheet);
+        CHECK(std::abs(16.0F * std::log2(gain_of(kept) / gain)) <= 0.5F + 1e-3F);
+    }
+    for (unsigned stored = 0; stored < 256; ++stored) {
+        const CubeGain gain{static_cast<std::uint8_t>(stored)};
+        CHECK(make_gain(gain_of(gain), is_sheet(gain)) == gain);
+    }
+    CHECK(gain_of(CubeGain{}) == 1.0F);
+    CHECK_FALSE(is_sheet(CubeGain{}));
+    CHECK(gain_of(make_gain(1e-9F, false)) == kSmallest);
+    CHECK(gain_of(make_gain(1e9F, true)) == largest);
+}
+
+TEST_CASE("The box of the contents is told in sixteenths of the cell") {
+    CubeCell cell;
+    CHECK(contents_box(cell, {1, 2, 3}, 4.0F) == Box3f{{1, 2, 3}, {5, 6, 7}});
+    cell.extent = {0x00, 0xFF, 0x74};
+    const Box3f box = contents_box(cell, {0, 0, 0}, 16.0F);
+    CHECK(box == Box3f{{0, 15, 4}, {1, 16, 8}});
+    CHECK(child_count(cell) == 0);
+    cell.octants = 0xA1;
+    CHECK(child_count(cell) == 3);
+}
