@@ -48,6 +48,19 @@ std::string text(const Box3d& box) {
     return result;
 }
 
+std::string text(const Triangle3d& triangle) {
+    return text(Box3d{triangle[0], triangle[1]}) + " " + std::to_string(triangle[2].x) + " " +
+           std::to_string(triangle[2].y) + " " + std::to_string(triangle[2].z);
+}
+
+/// Corner by corner: boxes around triangles lose what is no number.
+bool is_finite(const Triangle3d& triangle) noexcept {
+    return std::all_of(triangle.begin(), triangle.end(), [](const glm::dvec3& corner_at) {
+        return std::isfinite(corner_at.x) && std::isfinite(corner_at.y) &&
+               std::isfinite(corner_at.z);
+    });
+}
+
 Result<void> check(const ColorCubeOptions& options) {
     const auto outside = [](const char* name, auto value, const char* range) {
         return refused(std::string(name) + " is " + std::to_string(value) + ", expected " + range);
@@ -63,6 +76,9 @@ Result<void> check(const ColorCubeOptions& options) {
     }
     if (options.rays < 1 || options.rays > 64) {
         return outside("rays", options.rays, "[1, 64]");
+    }
+    if (options.colors > CubeColors::composed) {
+        return outside("colors", static_cast<unsigned>(options.colors), "sampled or composed");
     }
     if (options.max_light_sets < 1 || options.max_light_sets > 64) {
         return outside("max_light_sets", options.max_light_sets, "[1, 64]");
@@ -83,8 +99,10 @@ Result<Similarity> similarity(std::size_t item, const glm::dmat4x3& matrix) {
     result.translation = matrix[3];
     result.scale = std::cbrt(glm::determinant(linear));
     const glm::dmat3 square = glm::transpose(linear) * linear;
+    // Scales are kept in float.
     bool similar =
-        std::isfinite(result.scale) && result.scale > 0.0 &&
+        result.scale >= double{std::numeric_limits<float>::min()} &&
+        result.scale <= double{std::numeric_limits<float>::max()} &&
         std::isfinite(result.translation.x + result.translation.y + result.translation.z);
     for (int column = 0; similar && column < 3; ++column) {
         for (int row = 0; row < 3; ++row) {
@@ -96,7 +114,7 @@ Result<Similarity> similarity(std::size_t item, const glm::dmat4x3& matrix) {
     if (!similar) {
         return bad(
             "placement of item " + std::to_string(item) + " has the columns " +
-            text({linear[0], linear[1]}) + " " + std::to_string(linear[2].x) + " " +
+            text(Box3d{linear[0], linear[1]}) + " " + std::to_string(linear[2].x) + " " +
             std::to_string(linear[2].y) + " " + std::to_string(linear[2].z) +
             ", expected a rotation with one positive scale"
         );
@@ -115,6 +133,18 @@ void set_cube(ColorCubeTree& tree, const Box3f& box) noexcept {
     );
     tree.edge = std::max({size.x, size.y, size.z}) + magnitude * kMargin;
     tree.lo = middle - tree.edge * 0.5F;
+}
+
+Result<void> check_cube(const ColorCubeTree& tree) {
+    const glm::vec3 far = tree.lo + tree.edge;
+    if (!std::isfinite(far.x) || !std::isfinite(far.y) || !std::isfinite(far.z)) {
+        return bad(
+            "a tree of " + std::to_string(tree.edge) +
+            " m around what is there is too large for "
+            "float"
+        );
+    }
+    return {};
 }
 
 class Builder {
@@ -233,6 +263,10 @@ Result<void> Builder::check_input() const {
             );
         }
     }
+    const glm::dvec3 origin = sampler_->origin();
+    if (!std::isfinite(origin.x) || !std::isfinite(origin.y) || !std::isfinite(origin.z)) {
+        return refused("origin of the sampler is " + text(Box3d{origin, origin}));
+    }
     const glm::vec3& light = input.light.to_light;
     const float length = glm::length(light);
     if (!(length > 0.0F) || !std::isfinite(length) || !(input.light.ambient >= 0.0F) ||
@@ -308,10 +342,10 @@ Result<void> Builder::add_prototypes() {
         for (std::uint32_t k = 0; k < prototype.primitives; ++k) {
             const Triangle3d triangle =
                 input_->prototype_triangle(static_cast<std::uint32_t>(i), k);
-            if (!is_finite(farfield::bounds(triangle))) {
+            if (!is_finite(triangle)) {
                 return bad(
                     "triangle " + std::to_string(k) + " of prototype " + std::to_string(i) +
-                    " has the box " + text(farfield::bounds(triangle))
+                    " has the corners " + text(triangle)
                 );
             }
             for (std::size_t corner_index = 0; corner_index < 3; ++corner_index) {
@@ -321,6 +355,9 @@ Result<void> Builder::add_prototypes() {
         }
         ColorCubeTree tree;
         set_cube(tree, bounds);
+        if (Result<void> fits = check_cube(tree); !fits) {
+            return fits;
+        }
         tree.primitives.push_back({kNone<ItemId>, 0, prototype.primitives});
         image::divide_cells(contents, *options_, *executor_, tree);
         std::vector<glm::vec3> lights;
@@ -369,10 +406,10 @@ Result<void> Builder::add_scene(const Box3f& world) {
         }
         for (std::uint32_t k = 0; k < object.primitives; ++k) {
             const Triangle3d triangle = input_->triangle(static_cast<std::uint32_t>(i), k);
-            if (!is_finite(farfield::bounds(triangle))) {
+            if (!is_finite(triangle)) {
                 return bad(
                     "triangle " + std::to_string(k) + " of object " + std::to_string(i) +
-                    " has the box " + text(farfield::bounds(triangle))
+                    " has the corners " + text(triangle)
                 );
             }
             Triangle3f& local = contents.triangles.emplace_back();
@@ -402,6 +439,9 @@ Result<void> Builder::add_scene(const Box3f& world) {
         };
     }
     set_cube(tree, bounds);
+    if (Result<void> fits = check_cube(tree); !fits) {
+        return fits;
+    }
     image::divide_cells(contents, *options_, *executor_, tree);
     measure_overhang(tree);
     const std::array<glm::vec3, 1> lights = {to_light_};

@@ -62,6 +62,11 @@ Result<ColorCubeModel> build_color_cubes(
     Executor& executor,
     std::uint32_t min_shared
 ) {
+    if (min_shared == 0) {
+        return fail(
+            ErrorCode::invalid_argument, "colour cubes: min_shared is 0, expected at least 1"
+        );
+    }
     const std::size_t items = scene.instances.size();
     std::vector<Object> objects(items);
     std::vector<CubePlacement> placements(items);

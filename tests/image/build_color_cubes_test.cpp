@@ -1,0 +1,883 @@
+#include "image/cube_scenes.hpp"
+#include "support/small_scene.hpp"
+#include "support/thread_executor.hpp"
+#include <farfield/image/build_color_cubes.hpp>
+
+#include <catch2/catch.hpp>
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <iterator>
+#include <numbers>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+using namespace farfield;
+using namespace farfield::support;
+
+namespace {
+
+constexpr std::uint32_t kLast = ColorCubeTree::kLast;
+
+ColorCubeModel build(
+    const ColorCubeInput& input, const SurfaceSampler& sampler, const ColorCubeOptions& options = {}
+) {
+    SerialExecutor executor;
+    Result<ColorCubeModel> model = build_color_cubes(input, sampler, options, executor);
+    INFO((model ? "" : model.error().message));
+    REQUIRE(model.has_value());
+    const Result<void> valid = validate(*model);
+    INFO((valid ? "" : valid.error().message));
+    REQUIRE(valid.has_value());
+    return std::move(*model);
+}
+
+void check_refused(
+    const ColorCubeInput& input,
+    const std::string& text,
+    const ColorCubeOptions& options = {},
+    const SurfaceSampler& sampler = EmptySampler()
+) {
+    SerialExecutor executor;
+    const Result<ColorCubeModel> model = build_color_cubes(input, sampler, options, executor);
+    INFO(text);
+    REQUIRE_FALSE(model.has_value());
+    CHECK_THAT(model.error().message, Catch::StartsWith("colour cubes: ") && Catch::Contains(text));
+}
+
+/// Where a cell is, worked out from the root down.
+struct Place {
+    std::uint32_t cell = 0;
+    glm::vec3 lo{0.0F};
+    float edge = 0.0F;
+    std::uint32_t depth = 0;
+
+    [[nodiscard]] Place child(unsigned octant, std::uint32_t child_cell) const {
+        const float half = edge * 0.5F;
+        const glm::vec3 upper(octant & 1U, octant >> 1U & 1U, octant >> 2U);
+        return {child_cell, lo + upper * half, half, depth + 1};
+    }
+    [[nodiscard]] Box3d box() const { return {lo, lo + edge}; }
+};
+
+void for_each_cell(const ColorCubeTree& tree, const std::function<void(const Place&)>& visit) {
+    std::vector<Place> open = {{0, tree.lo, tree.edge, 0}};
+    while (!open.empty()) {
+        const Place place = open.back();
+        open.pop_back();
+        visit(place);
+        std::uint32_t child = tree.cells[place.cell].first;
+        for (unsigned octant = 0; octant < 8; ++octant) {
+            if ((tree.cells[place.cell].octants >> octant & 1U) != 0) {
+                open.push_back(place.child(octant, child++));
+            }
+        }
+    }
+}
+
+std::set<std::uint32_t> contents_of(const ColorCubeTree& tree, const CubeCell& leaf) {
+    std::set<std::uint32_t> numbers;
+    for (std::size_t i = leaf.first;; ++i) {
+        numbers.insert(tree.contents[i] & ~kLast);
+        if ((tree.contents[i] & kLast) != 0) {
+            return numbers;
+        }
+    }
+}
+
+/// Follows the primitives of a tree down from the outside, and checks where the tree ends.
+class RuleCheck {
+  public:
+    RuleCheck(
+        const ColorCubeTree& tree,
+        const ColorCubeOptions& options,
+        std::vector<double> costs,
+        std::function<bool(std::uint32_t, const Box3d&)> reaches
+    )
+        : tree_(tree), options_(options), costs_(std::move(costs)), reaches_(std::move(reaches)) {
+        std::vector<Share> all;
+        for (std::uint32_t i = 0; i < costs_.size(); ++i) {
+            all.push_back({i, 1.0});
+        }
+        visit({0, tree.lo, tree.edge, 0}, all);
+    }
+
+    std::size_t leaves_by_cost = 0;
+    std::size_t leaves_by_copies = 0;
+    std::size_t leaves_by_depth = 0;
+
+  private:
+    struct Share {
+        std::uint32_t number = 0;
+        double share = 1.0;
+    };
+
+    void visit(const Place& place, const std::vector<Share>& entries) {
+        const CubeCell& cell = tree_.cells[place.cell];
+        std::array<std::vector<Share>, 8> children;
+        unsigned octants = 0;
+        double borne = 0.0;
+        double whole = 0.0;
+        double copies = 0.0;
+        for (const Share& entry : entries) {
+            unsigned reached = 0;
+            for (unsigned octant = 0; octant < 8; ++octant) {
+                reached |= reaches_(entry.number, place.child(octant, 0).box()) ? 1U << octant : 0U;
+            }
+            const double share = entry.share / std::popcount(reached);
+            for (unsigned octant = 0; octant < 8; ++octant) {
+                if ((reached >> octant & 1U) != 0) {
+                    children[octant].push_back({entry.number, share});
+                }
+            }
+            octants |= reached;
+            copies += 1.0 / share;
+            borne += costs_[entry.number] * entry.share;
+            whole += costs_[entry.number];
+        }
+        const double cubes = options_.cube_cost * std::popcount(octants);
+        // Shares are products of at most 16 thirds and the like in float.
+        constexpr double kRounding = 1e-5;
+        INFO("cell " << place.cell << " of depth " << place.depth << " bears " << borne);
+        if (cell.octants == 0) {
+            std::set<std::uint32_t> expected;
+            for (const Share& entry : entries) {
+                expected.insert(entry.number);
+            }
+            CHECK(contents_of(tree_, cell) == expected);
+            if (borne <= cubes * (1.0 + kRounding)) {
+                ++leaves_by_cost;
+            } else if (place.depth == options_.max_depth) {
+                ++leaves_by_depth;
+            } else {
+                CHECK(copies > options_.max_copies * whole * (1.0 - kRounding));
+                ++leaves_by_copies;
+            }
+            return;
+        }
+        CHECK(cell.octants == octants);
+        CHECK(borne > cubes * (1.0 - kRounding));
+        std::uint32_t child = cell.first;
+        for (unsigned octant = 0; octant < 8; ++octant) {
+            if ((octants >> octant & 1U) != 0) {
+                visit(place.child(octant, child++), children[octant]);
+            }
+        }
+    }
+
+    const ColorCubeTree& tree_;
+    const ColorCubeOptions& options_;
+    std::vector<double> costs_;
+    std::function<bool(std::uint32_t, const Box3d&)> reaches_;
+};
+
+/// What `rays` a side may be wrong by in a covered fraction whose rim is convex. A square of the
+/// grid that is covered or empty is right, and the rim of a convex shape passes through at most
+/// 4 n + 4 of n^2 (two for each row and each column that it enters). The others are independent and
+/// in [0, 1], so by Hoeffding the sum of k of them is off by more than sqrt(k ln(2 / p) / 2) with
+/// probability p, here 1e-9. Rounding to a byte adds half a step, the margin of the root 1e-5 of it
+/// on either side.
+double stratified_error(double rays) {
+    const double crossed = 4.0 * rays + 4.0;
+    return std::sqrt(crossed * std::log(2e9) / 2.0) / (rays * rays) + 0.5 / 255.0 + 1e-4;
+}
+
+/// One item in a box, drawn whole.
+ColorCubeInput boxed_item(std::vector<Object>& objects, const Box3d& box) {
+    objects = {{box, 100, false}};
+    ColorCubeInput input;
+    input.objects = objects;
+    return input;
+}
+
+double alpha_of(const ColorCube& cube, std::size_t face) {
+    return static_cast<double>(cube.faces[face].a) / 255.0;
+}
+
+/// Many balls, each an object of a hundred triangles.
+struct Balls {
+    std::vector<Object> objects;
+    ShapeSampler sampler;
+
+    explicit Balls(double scale = 1.0, int count = 150) {
+        Random random(11);
+        for (int i = 0; i < count; ++i) {
+            const double radius = random.uniform(1.0, 5.0) * scale;
+            const glm::dvec3 middle = random.vector(-50.0, 50.0) * scale;
+            objects.push_back({{middle - radius, middle + radius}, 100, false});
+            sampler.add_ball(
+                glm::vec3(middle), static_cast<float>(radius), random.vector(0.0F, 1.0F)
+            );
+        }
+    }
+    [[nodiscard]] ColorCubeInput input() const {
+        ColorCubeInput result;
+        result.objects = objects;
+        return result;
+    }
+};
+
+glm::dmat4x3 turned(int quarters, double scale, const glm::dvec3& at) {
+    constexpr std::array<std::pair<double, double>, 4> kTurns = {
+        {{1.0, 0.0}, {0.0, 1.0}, {-1.0, 0.0}, {0.0, -1.0}}};
+    const auto [c, s] = kTurns[static_cast<std::size_t>(quarters) % 4];
+    return {scale * glm::dvec3(c, 0, -s), {0, scale, 0}, scale * glm::dvec3(s, 0, c), at};
+}
+
+/// A shape of some triangles that stands in several places.
+struct Shared {
+    TriangleSoup shape = random_soup(300, 4.0, 21);
+    std::vector<Object> objects;
+    std::vector<CubePrototype> prototypes;
+    std::vector<CubePlacement> placements;
+
+    explicit Shared(const std::vector<glm::dmat4x3>& places) {
+        prototypes = {{ItemId{0}, 300, {glm::dvec3(-54.0), glm::dvec3(54.0)}}};
+        for (const glm::dmat4x3& place : places) {
+            Box3d box;
+            for (const Triangle3d& triangle : shape.triangles) {
+                for (const glm::dvec3& corner_at : triangle) {
+                    box = unite(box, place * glm::dvec4(corner_at, 1.0));
+                }
+            }
+            objects.push_back({box, 300, false});
+            placements.push_back({0, place});
+        }
+    }
+    [[nodiscard]] ColorCubeInput input() const {
+        ColorCubeInput result;
+        result.objects = objects;
+        result.prototypes = prototypes;
+        result.placements = placements;
+        result.prototype_triangle = [this](std::uint32_t, std::uint32_t triangle) {
+            return shape.triangles[triangle];
+        };
+        return result;
+    }
+};
+
+} // namespace
+
+TEST_CASE("Cells are divided while it pays, and hold exactly what reaches into them") {
+    for (const double size : {0.5, 5.0, 40.0}) {
+        for (const double cube_cost : {0.7, 1.5, 6.0}) {
+            TriangleSoup soup = random_soup(700, size, 1);
+            const ColorCubeOptions options = {.cube_cost = cube_cost, .max_depth = 8, .rays = 1};
+            const ColorCubeModel model = build(soup.input(), EmptySampler(), options);
+            REQUIRE(model.trees.size() == 1);
+            const ColorCubeTree& tree = model.trees[0];
+            const auto reaches = [&](std::uint32_t number, const Box3d& box) {
+                return overlaps(box, soup.triangles[number]);
+            };
+            INFO("triangles of " << size << " m, cubes cost " << cube_cost);
+            const RuleCheck check(tree, options, std::vector<double>(700, 1.0), reaches);
+            CHECK(check.leaves_by_cost > 0);
+            // Only heaps of large triangles are left because of their copies.
+            CHECK((check.leaves_by_copies > 0) == (size > 10.0 && cube_cost < 6.0));
+            for_each_cell(tree, [&](const Place& place) {
+                if (tree.cells[place.cell].octants != 0) {
+                    return;
+                }
+                // Now without what the cells above say.
+                const std::set<std::uint32_t> held = contents_of(tree, tree.cells[place.cell]);
+                for (std::uint32_t i = 0; i < 700; ++i) {
+                    if (reaches(i, place.box()) != (held.count(i) != 0)) {
+                        FAIL("triangle " << i << " and leaf " << place.cell);
+                    }
+                }
+            });
+        }
+    }
+}
+
+TEST_CASE("Boxes of contents hold the part of every triangle inside the cell, and little more") {
+    TriangleSoup soup = random_soup(500, 3.0, 2);
+    const ColorCubeModel model = build(soup.input(), EmptySampler(), {.rays = 1});
+    const ColorCubeTree& tree = model.trees[0];
+    for_each_cell(tree, [&](const Place& place) {
+        const CubeCell& cell = tree.cells[place.cell];
+        const Box3f told = contents_box(cell, place.lo, place.edge);
+        Box3d expected;
+        for (const Triangle3d& triangle : soup.triangles) {
+            expected = unite(expected, clipped_bounds(place.box(), triangle));
+        }
+        INFO("cell " << place.cell);
+        // Rounding of the box of an interior cell, which is united from those of its children.
+        const double slack = 1e-5 * double{place.edge};
+        for (int axis = 0; axis < 3; ++axis) {
+            CHECK(told.lo[axis] <= expected.lo[axis] + slack);
+            CHECK(told.hi[axis] >= expected.hi[axis] - slack);
+            CHECK(told.lo[axis] >= expected.lo[axis] - place.edge / 16.0F - slack);
+            CHECK(told.hi[axis] <= expected.hi[axis] + place.edge / 16.0F + slack);
+        }
+    });
+}
+
+TEST_CASE("Items are where their parts are, or everywhere in their boxes") {
+    const Balls balls;
+    const auto box_of = [&](std::uint32_t item) { return balls.objects[item].bounds; };
+    for (const bool with_parts : {false, true}) {
+        ColorCubeInput input = balls.input();
+        if (with_parts) { // only the lower half of each
+            input.part = [&](std::uint32_t item, const Box3d& box) {
+                Box3d half = box_of(item);
+                half.hi.y = center(half).y;
+                return intersect(half, box);
+            };
+        }
+        const ColorCubeModel model = build(input, EmptySampler(), {.rays = 1});
+        const ColorCubeTree& tree = model.trees[0];
+        CHECK(tree.items.size() == 150);
+        CHECK(tree.item_primitives == std::vector<std::uint32_t>(150, 100));
+        for_each_cell(tree, [&](const Place& place) {
+            if (tree.cells[place.cell].octants != 0) {
+                return;
+            }
+            const std::set<std::uint32_t> held = contents_of(tree, tree.cells[place.cell]);
+            for (std::uint32_t i = 0; i < 150; ++i) {
+                Box3d box = box_of(i);
+                box.hi.y = with_parts ? center(box).y : box.hi.y;
+                // Boxes are kept in float, rounded outwards: near a face either is right.
+                const Box3d cell = place.box();
+                const bool surely = !is_empty(intersect(inflate(box, glm::dvec3(-1e-4)), cell));
+                const bool perhaps = !is_empty(intersect(inflate(box, glm::dvec3(1e-4)), cell));
+                const bool is_held = held.count(i) != 0;
+                if ((surely && !is_held) || (is_held && !perhaps)) {
+                    FAIL("item " << i << " and leaf " << place.cell);
+                }
+            }
+        });
+    }
+}
+
+TEST_CASE("References are in the leaf with their middle, and overhangs tell how far they reach") {
+    std::vector<glm::dmat4x3> places;
+    Random random(31);
+    for (int i = 0; i < 60; ++i) {
+        const double scale = random.uniform(0.5, 2.0);
+        places.push_back(turned(i, scale, random.vector(-2000.0, 2000.0)));
+    }
+    const Shared shared(places);
+    const ColorCubeModel model = build(shared.input(), EmptySampler(), {.rays = 1});
+    REQUIRE(model.trees.size() == 2);
+    REQUIRE(model.references.size() == 60);
+    const ColorCubeTree& shape = model.trees[0];
+    const ColorCubeTree& scene = model.trees[1];
+    CHECK(scene.cells.size() > 1);
+    std::vector<int> found(60, 0);
+    for_each_cell(scene, [&](const Place& place) {
+        if (scene.cells[place.cell].octants != 0) {
+            return;
+        }
+        for (const std::uint32_t number : contents_of(scene, scene.cells[place.cell])) {
+            ++found[number];
+            const CubeReference& reference = model.references[number];
+            const double scale = reference.scale;
+            const glm::dvec3 middle =
+                shared.placements[number].object_to_world *
+                glm::dvec4(glm::dvec3(shape.lo) + double{shape.edge} / 2.0, 1.0);
+            // Floats of some thousand metres, added a few times.
+            CHECK(distance(place.box(), middle) <= 1e-3);
+            const glm::dvec3 reach(scale * double{shape.edge} / 2.0 - 1e-3);
+            const Box3d shown{middle - reach, middle + reach};
+            const Box3d allowed = inflate(place.box(), glm::dvec3(scene.overhang));
+            CHECK(contains(allowed, shown.lo));
+            CHECK(contains(allowed, shown.hi));
+        }
+    });
+    CHECK(found == std::vector<int>(60, 1));
+    for (std::size_t i = 0; i < 60; ++i) {
+        const CubeReference& reference = model.references[i];
+        CHECK(index_of(reference.item) == i);
+        const glm::dmat4x3& place = shared.placements[i].object_to_world;
+        CHECK(glm::distance(reference.rotation[0] * reference.scale, glm::vec3(place[0])) < 1e-5F);
+        CHECK(reference.translation == glm::vec3(place[3]));
+    }
+}
+
+TEST_CASE("Faces of analytic shapes are covered as much as they should be") {
+    constexpr std::uint32_t kRays = 64;
+    const double error = stratified_error(kRays);
+    const Box3d unit{glm::dvec3(0.0), glm::dvec3(1.0)};
+    std::vector<Object> objects;
+    const ColorCubeInput input = boxed_item(objects, unit);
+    const ColorCubeOptions options = {.max_depth = 0, .rays = kRays};
+    SECTION("a ball is a disc from all sides") {
+        ShapeSampler sampler;
+        sampler.add_ball(glm::vec3(0.5F), 0.4F, glm::vec3(1.0F));
+        const ColorCubeModel model = build(input, sampler, options);
+        for (std::size_t face = 0; face < 6; ++face) {
+            const double expected = std::numbers::pi * 0.16;
+            CHECK(std::abs(alpha_of(model.trees[0].cubes[0], face) - expected) <= error);
+        }
+        // Aslant it is the same disc in a larger silhouette, which the gain knows.
+        const float gain = gain_of(model.trees[0].gains[0]);
+        double covered = 0.0;
+        Random random(3);
+        constexpr int kDirections = 2000;
+        for (int i = 0; i < kDirections; ++i) {
+            const glm::vec3 d = random.direction<float>();
+            const float silhouette = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
+            const glm::vec3 alphas(static_cast<float>(std::numbers::pi) * 0.16F);
+            covered += double{silhouette} *
+                       double{oblique_alpha(alphas, d, glm::vec3(1.0F), gain)} / kDirections;
+        }
+        // It is measured with 48 rays, of which a third meets: 3 sigma are 0.2 of silhouettes of
+        // 1.5 in the mean.
+        CHECK(std::abs(covered - std::numbers::pi * 0.16) <= 0.3);
+        CHECK_FALSE(is_sheet(model.trees[0].gains[0]));
+    }
+    SECTION("a box is a rectangle, in its colour as it is lit") {
+        const Box3f box{{0.25F, 0.1F, 0.0F}, {0.75F, 0.6F, 0.3F}};
+        const glm::vec3 color(0.9F, 0.5F, 0.1F);
+        ShapeSampler sampler;
+        sampler.add_box(box, color);
+        const ColorCubeModel model = build(input, sampler, options);
+        const ColorCube& cube = model.trees[0].cubes[0];
+        const glm::vec3 to_light = glm::normalize(input.light.to_light);
+        const glm::vec3 size = extent(box);
+        for (int axis = 0; axis < 3; ++axis) {
+            const double area = double{size[(axis + 1) % 3]} * double{size[(axis + 2) % 3]};
+            for (const bool positive : {false, true}) {
+                const std::size_t face = face_of(static_cast<std::size_t>(axis), positive);
+                INFO("face " << face);
+                CHECK(std::abs(alpha_of(cube, face) - area) <= error);
+                const float towards = to_light[axis] * (positive ? 1.0F : -1.0F);
+                const float lit =
+                    input.light.ambient + (1.0F - input.light.ambient) * (0.5F + 0.5F * towards);
+                for (int i = 0; i < 3; ++i) {
+                    // Colour and alpha are rounded, each by half a step.
+                    const float expected = color[i] * lit * static_cast<float>(cube.faces[face].a);
+                    CHECK(std::abs(static_cast<float>(cube.faces[face][i]) - expected) <= 1.01F);
+                }
+            }
+        }
+    }
+    SECTION("a plane is covered from two sides and empty from four, and a sheet") {
+        ShapeSampler sampler;
+        sampler.add_box({{0.0F, 0.5F, 0.0F}, {1.0F, 0.5F, 1.0F}}, glm::vec3(1.0F));
+        const ColorCubeModel model = build(input, sampler, options);
+        const ColorCube& cube = model.trees[0].cubes[0];
+        for (const std::size_t face : {0U, 1U, 4U, 5U}) {
+            CHECK(cube.faces[face] == glm::u8vec4(0));
+        }
+        // But for the margin of the root, which rays may pass through.
+        CHECK(alpha_of(cube, face_of(1, false)) >= 1.0 - error);
+        CHECK(alpha_of(cube, face_of(1, true)) >= 1.0 - error);
+        CHECK(is_sheet(model.trees[0].gains[0]));
+    }
+    SECTION("what is near hides what is far") {
+        ShapeSampler sampler;
+        sampler.add_box({{-1.0F, -1.0F, 0.7F}, {2.0F, 2.0F, 0.8F}}, {1.0F, 0.0F, 0.0F});
+        sampler.add_box({{-1.0F, -1.0F, 0.2F}, {2.0F, 2.0F, 0.3F}}, {0.0F, 1.0F, 0.0F});
+        const ColorCubeModel model = build(input, sampler, options);
+        const ColorCube& cube = model.trees[0].cubes[0];
+        CHECK(cube.faces[face_of(2, true)].a == 255);
+        CHECK(cube.faces[face_of(2, true)].g == 0);
+        CHECK(cube.faces[face_of(2, false)].a == 255);
+        CHECK(cube.faces[face_of(2, false)].r == 0);
+    }
+}
+
+TEST_CASE("Interior cubes of the published kind are composed of those below") {
+    const Balls balls;
+    const ColorCubeModel model =
+        build(balls.input(), balls.sampler, {.colors = CubeColors::composed});
+    const ColorCubeTree& tree = model.trees[0];
+    CHECK(tree.gains.empty());
+    REQUIRE(tree.cells.size() > 50);
+    for (std::size_t i = 0; i < tree.cells.size(); ++i) {
+        if (tree.cells[i].octants == 0) {
+            continue;
+        }
+        std::array<ColorCube, 8> octants{};
+        std::uint32_t child = tree.cells[i].first;
+        for (std::size_t octant = 0; octant < 8; ++octant) {
+            if ((tree.cells[i].octants >> octant & 1U) != 0) {
+                octants[octant] = tree.cubes[child++];
+            }
+        }
+        CHECK(tree.cubes[i] == composed(octants));
+    }
+}
+
+TEST_CASE("Few rays are as far from many as their number says") {
+    const Balls balls(1.0, 40);
+    const ColorCubeModel few = build(balls.input(), balls.sampler, {.max_depth = 2, .rays = 4});
+    const ColorCubeModel many = build(balls.input(), balls.sampler, {.max_depth = 2, .rays = 64});
+    REQUIRE(few.trees[0].cells == many.trees[0].cells);
+    double alpha_sum = 0.0;
+    double color_sum = 0.0;
+    std::size_t faces = 0;
+    for (std::size_t i = 0; i < few.trees[0].cubes.size(); ++i) {
+        for (std::size_t face = 0; face < 6; ++face, ++faces) {
+            const glm::dvec4 difference = glm::dvec4(few.trees[0].cubes[i].faces[face]) -
+                                          glm::dvec4(many.trees[0].cubes[i].faces[face]);
+            alpha_sum += difference.a * difference.a;
+            color_sum += glm::dot(glm::dvec3(difference), glm::dvec3(difference)) / 3.0;
+        }
+    }
+    const double alpha_error = std::sqrt(alpha_sum / static_cast<double>(faces)) / 255.0;
+    const double color_error = std::sqrt(color_sum / static_cast<double>(faces)) / 255.0;
+    CAPTURE(alpha_error, color_error, faces);
+    // Each of 16 squares is wrong by 1/2 at the most, and independent: 1/2 / sqrt(16).
+    CHECK(alpha_error <= 0.125);
+    CHECK(color_error <= 0.125);
+    CHECK(alpha_error > 0.0);
+}
+
+TEST_CASE("Turned shapes have sets of light, as many as they may") {
+    std::vector<glm::dmat4x3> places;
+    for (int i = 0; i < 16; ++i) {
+        places.push_back(turned(i, 1.0, {200.0 * i, 0.0, 0.0}));
+    }
+    const Shared shared(places);
+    ColorCubeInput input = shared.input();
+    input.light.to_light = {0.8F, 0.5F, 0.1F};
+    ShapeSampler sampler;
+    sampler.add_box({glm::vec3(-60.0F), glm::vec3(60.0F)}, glm::vec3(1.0F));
+    sampler.add_box({glm::vec3(-20.0F), glm::vec3(20.0F)}, glm::vec3(1.0F));
+    const glm::vec3 to_light = glm::normalize(input.light.to_light);
+    for (const std::uint32_t most : {1U, 2U, 3U, 8U}) {
+        const ColorCubeModel model =
+            build(input, sampler, {.max_depth = 0, .max_light_sets = most});
+        const ColorCubeTree& shape = model.trees[0];
+        REQUIRE(shape.light_sets == std::min(most, 4U));
+        for (std::size_t i = 0; i < 16; ++i) {
+            const CubeReference& reference = model.references[i];
+            if (most >= 4) { // its own turn
+                CHECK(reference.light_set == model.references[i % 4].light_set);
+                const glm::vec3 seen = glm::transpose(reference.rotation) * to_light;
+                const ColorCube& cube = shape.cubes[reference.light_set];
+                for (int axis = 0; axis < 3; ++axis) {
+                    const glm::u8vec4& face =
+                        cube.faces[face_of(static_cast<std::size_t>(axis), true)];
+                    const float lit = 0.25F + 0.75F * (0.5F + 0.5F * seen[axis]);
+                    // The inner box is what rays from the faces of the root meet.
+                    const float expected = lit * static_cast<float>(face.a);
+                    CHECK(face.a > 0);
+                    CHECK(std::abs(static_cast<float>(face.r) - expected) <= 1.01F);
+                }
+            }
+        }
+    }
+    // Light along the axis that they are turned about is the same for all.
+    input.light.to_light = {0.0F, 2.0F, 0.0F};
+    CHECK(build(input, sampler).trees[0].light_sets == 1);
+}
+
+TEST_CASE("Models are the same for every executor and on every run") {
+    const Balls balls;
+    TriangleSoup soup = random_soup(2000, 3.0, 4);
+    const ColorCubeModel serial_balls = build(balls.input(), balls.sampler);
+    const ColorCubeModel serial_soup = build(soup.input(), balls.sampler);
+    for (const unsigned threads : {1U, 2U, 5U}) {
+        ThreadExecutor executor(threads);
+        const auto of_balls = build_color_cubes(balls.input(), balls.sampler, {}, executor);
+        REQUIRE(of_balls.has_value());
+        CHECK(*of_balls == serial_balls);
+        const auto of_soup = build_color_cubes(soup.input(), balls.sampler, {}, executor);
+        REQUIRE(of_soup.has_value());
+        CHECK(*of_soup == serial_soup);
+    }
+}
+
+TEST_CASE("A scene that is larger by a power of two has the same model, larger") {
+    const ColorCubeModel model = build(Balls().input(), Balls().sampler);
+    const ColorCubeModel larger = build(Balls(64.0).input(), Balls(64.0).sampler);
+    CHECK(larger.trees[0].edge == model.trees[0].edge * 64.0F);
+    CHECK(larger.trees[0].lo == model.trees[0].lo * 64.0F);
+    CHECK(larger.trees[0].cells == model.trees[0].cells);
+    CHECK(larger.trees[0].contents == model.trees[0].contents);
+    CHECK(larger.trees[0].cubes == model.trees[0].cubes);
+    CHECK(larger.trees[0].gains == model.trees[0].gains);
+}
+
+TEST_CASE("A scene far from the origin has the same model there") {
+    TriangleSoup soup = random_soup(1000, 2.0, 5);
+    const Balls balls;
+    const ColorCubeModel model = build(soup.input(), balls.sampler);
+    // Corners are multiples of 2^-16 m, so that neither offset rounds them.
+    for (const double offset : {8388608.0, 1e7}) {
+        TriangleSoup far_soup = soup;
+        for (Triangle3d& triangle : far_soup.triangles) {
+            for (glm::dvec3& corner_at : triangle) {
+                corner_at += glm::dvec3(offset, 0.0, -offset);
+            }
+        }
+        Balls there;
+        there.sampler.set_origin({offset, 0.0, -offset});
+        ColorCubeModel moved = build(far_soup.input(), there.sampler);
+        CHECK(moved.origin == glm::dvec3(offset, 0.0, -offset));
+        moved.origin = model.origin;
+        CHECK(moved == model);
+        // Of an origin that far away little is left in float, but the model is one.
+        CHECK(build(far_soup.input(), EmptySampler()).trees[0].cells.size() > 1);
+    }
+}
+
+TEST_CASE("Flat, small and empty scenes") {
+    SECTION("nothing") {
+        check_refused({}, "there are no objects");
+    }
+    SECTION("one triangle") {
+        TriangleSoup soup = random_soup(1, 1.0, 6);
+        const ColorCubeModel model = build(soup.input(), EmptySampler());
+        CHECK(model.trees[0].cells.size() == 1);
+        CHECK(model.trees[0].contents == std::vector<std::uint32_t>{kLast});
+    }
+    SECTION("a plane") {
+        TriangleSoup soup = random_soup(1000, 2.0, 7);
+        for (Triangle3d& triangle : soup.triangles) {
+            for (glm::dvec3& corner_at : triangle) {
+                corner_at.y = 3.0;
+            }
+        }
+        ShapeSampler sampler;
+        sampler.add_box({{-60.0F, 3.0F, -60.0F}, {60.0F, 3.0F, 60.0F}}, glm::vec3(1.0F));
+        const ColorCubeModel model = build(soup.input(), sampler);
+        const ColorCubeTree& tree = model.trees[0];
+        CHECK(tree.cells.size() > 300);
+        for_each_cell(tree, [&](const Place& place) {
+            const Box3f box = contents_box(tree.cells[place.cell], place.lo, place.edge);
+            CHECK(box.lo.y <= 3.0F);
+            CHECK(box.hi.y >= 3.0F);
+            // A sixteenth, or two where it is between them.
+            CHECK(extent(box).y <= place.edge / 8.0F * 1.001F);
+        });
+    }
+    SECTION("triangles without area: points and lines") {
+        TriangleSoup soup = random_soup(300, 5.0, 8);
+        for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
+            Triangle3d& triangle = soup.triangles[i];
+            triangle[2] = triangle[1];
+            triangle[1] = i % 2 == 0 ? triangle[0] : triangle[1];
+            triangle[2] = i % 2 == 0 ? triangle[0] : triangle[2];
+        }
+        CHECK(build(soup.input(), EmptySampler()).trees[0].cells.size() > 50);
+    }
+    SECTION("all in one point") {
+        TriangleSoup soup = random_soup(100, 1.0, 9);
+        for (Triangle3d& triangle : soup.triangles) {
+            triangle = {glm::dvec3(7.0), glm::dvec3(7.0), glm::dvec3(7.0)};
+        }
+        const ColorCubeModel model = build(soup.input(), EmptySampler());
+        CHECK(model.trees[0].quality.depth <= 16);
+    }
+    SECTION("objects without primitives") {
+        TriangleSoup soup = random_soup(0, 1.0, 9);
+        soup.objects = {{{glm::dvec3(0.0), glm::dvec3(1.0)}, 0, true}};
+        ColorCubeInput input = soup.input();
+        soup.objects = {{{glm::dvec3(0.0), glm::dvec3(1.0)}, 0, true}};
+        input.objects = soup.objects;
+        check_refused(input, "no object has a primitive");
+        // Beside one that has some they are nothing.
+        soup.objects.push_back({{glm::dvec3(0.0), glm::dvec3(1.0)}, 0, false});
+        input.objects = soup.objects;
+        const ColorCubeModel model = build(input, EmptySampler());
+        CHECK(model.trees[0].primitives == std::vector<CubePrimitives>{{ItemId{0}, 1, 0}});
+    }
+}
+
+TEST_CASE("Heaps of triangles take bounded memory") {
+    for (const std::uint32_t most : {1U, 8U, 32U}) {
+        TriangleSoup soup = random_soup(1, 30.0, 10);
+        soup.triangles.resize(1000, soup.triangles[0]);
+        const ColorCubeModel model =
+            build(soup.input(), EmptySampler(), {.max_copies = most, .rays = 1});
+        const ColorCubeTree& tree = model.trees[0];
+        // Shares of a cell and the cells beside it add up to its triangles, and the sum of 1 /
+        // share over a cell that is divided is at most `most` a triangle; with Cauchy, and at most
+        // eight octants for each, there are at most sqrt(8) times that many entries.
+        INFO(most << " copies");
+        CHECK(static_cast<double>(tree.contents.size()) <= std::sqrt(8.0) * most * 1000.0);
+        // A level has less cells than what is borne above it pays for.
+        CHECK(static_cast<double>(tree.cells.size()) <= 1.0 + 16.0 * 1000.0 / 1.5);
+    }
+}
+
+TEST_CASE("A triangle as large as the scene does not cost what the dust around it does") {
+    constexpr std::size_t kDust = 100'000;
+    TriangleSoup soup = random_soup(kDust, 0.05, 11);
+    const ColorCubeOptions options = {.rays = 1, .colors = CubeColors::composed};
+    const std::uint64_t without = memory_bytes(build(soup.input(), EmptySampler(), options));
+    soup.triangles.push_back({glm::dvec3(-50, -50, -50), {50, 50, -50}, {50, -50, 50}});
+    const std::uint64_t with = memory_bytes(build(soup.input(), EmptySampler(), options));
+    CAPTURE(without, with);
+    // It is in the leaves along its plane alone, some n^(2/3) of n: the entry and the cells that
+    // are divided for it.
+    CHECK(with < without + without / 4);
+}
+
+TEST_CASE("What is no number is refused by name") {
+    const double nan = std::nan("");
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    for (const double value : {nan, kInfinity, -kInfinity}) {
+        for (std::size_t corner_index = 0; corner_index < 3; ++corner_index) {
+            TriangleSoup soup = random_soup(20, 1.0, 12);
+            const ColorCubeInput input = soup.input();
+            soup.triangles[7][corner_index].y = value;
+            check_refused(input, "triangle 7 of object 0 has the corners");
+            Shared shared({turned(0, 1.0, glm::dvec3(0.0))});
+            shared.shape.triangles[17][corner_index].z = value;
+            check_refused(shared.input(), "triangle 17 of prototype 0 has the corners");
+        }
+        std::vector<Object> objects(3, {{glm::dvec3(0.0), glm::dvec3(1.0)}});
+        ColorCubeInput input;
+        input.objects = objects;
+        objects[2].bounds.hi.x = value;
+        check_refused(input, "box of object 2 is 0.000000 0.000000 0.000000 ");
+        Shared shared({turned(0, 1.0, glm::dvec3(0.0)), turned(1, 1.0, glm::dvec3(0.0))});
+        shared.placements[1].object_to_world[1].x = value;
+        check_refused(shared.input(), "placement of item 1 has the columns");
+        shared.placements[1].object_to_world = turned(0, 1.0, {0.0, value, 0.0});
+        check_refused(shared.input(), "placement of item 1 has the columns");
+        shared.placements[1].object_to_world = turned(0, 1.0, {0.0, 0.0, 0.0});
+        shared.prototypes[0].bounds.lo.z = value;
+        check_refused(shared.input(), "box of prototype 0 is");
+        check_refused(
+            Balls().input(), "origin of the sampler is", {}, EmptySampler({0.0, value, 0.0})
+        );
+    }
+    std::vector<Object> inverted = {{{glm::dvec3(1.0), glm::dvec3(0.0)}}};
+    ColorCubeInput input;
+    input.objects = inverted;
+    check_refused(input, "box of object 0 is 1.0");
+    std::vector<Object> large = {{{glm::dvec3(-1e300), glm::dvec3(1e300)}}};
+    input.objects = large;
+    check_refused(input, "too large for float");
+}
+
+TEST_CASE("Placements have to be similarities") {
+    const auto refused = [](const glm::dmat4x3& place) {
+        check_refused(
+            Shared({turned(0, 1.0, glm::dvec3(0.0)), turned(1, 2.0, glm::dvec3(50.0)), place})
+                .input(),
+            "placement of item 2 has the columns"
+        );
+    };
+    const glm::dvec3 x(1, 0, 0);
+    const glm::dvec3 y(0, 1, 0);
+    const glm::dvec3 z(0, 0, 1);
+    const glm::dvec3 at(0.0);
+    refused({x, y, -z, at});           // a mirror image
+    refused({x, y + 0.01 * x, z, at}); // a shear
+    refused({x, y * 1.01, z, at});     // two scales
+    refused({at, at, at, at});         // a point
+    refused(turned(0, 1e-60, at));     // smaller than a float
+    refused(turned(0, 1e60, at));      // and larger
+    const Shared small({turned(3, 1e-3, at), turned(2, 1e3, at)});
+    CHECK(build(small.input(), EmptySampler(), {.rays = 1}).references.size() == 2);
+}
+
+TEST_CASE("Input that contradicts itself is refused by name") {
+    TriangleSoup soup = random_soup(5, 1.0, 13);
+    ColorCubeInput input = soup.input();
+    input.triangle = nullptr;
+    check_refused(input, "object 0 is splittable, but no triangles are told");
+    soup.objects[0].primitives = 1ULL << 40U;
+    input.triangle = [](std::uint32_t, std::uint32_t) { return Triangle3d{}; };
+    check_refused(input, "1099511627776 primitives, at most");
+
+    const Shared good({turned(0, 1.0, glm::dvec3(0.0)), turned(1, 1.0, glm::dvec3(0.0))});
+    Shared shared = good;
+    shared.placements.pop_back();
+    check_refused(shared.input(), "1 placements of 2 objects");
+    shared = good;
+    shared.placements[1].prototype = 1;
+    check_refused(shared.input(), "placement of item 1 has prototype 1 of 1");
+    shared = good;
+    shared.prototypes[0].item = ItemId{2};
+    check_refused(shared.input(), "prototype 0 is sampled as item 2");
+    shared = good;
+    shared.prototypes[0].primitives = 0;
+    check_refused(shared.input(), "prototype 0 has 0 primitives");
+    shared.prototypes[0].primitives = 1U << 30U;
+    check_refused(shared.input(), "prototype 0 has 1073741824 primitives");
+    input = good.input();
+    input.prototype_triangle = nullptr;
+    check_refused(input, "none of their triangles are told");
+    for (const glm::vec3& light : {glm::vec3(0.0F), glm::vec3(std::nanf(""), 0.0F, 1.0F)}) {
+        input = good.input();
+        input.light.to_light = light;
+        check_refused(input, "light from ");
+    }
+    for (const float ambient : {-0.1F, 1.1F, std::nanf("")}) {
+        input = good.input();
+        input.light.ambient = ambient;
+        check_refused(input, "ambient ");
+    }
+    // A prototype that stands nowhere is a tree that nothing refers to.
+    shared = good;
+    shared.prototypes.push_back(shared.prototypes[0]);
+    CHECK(build(shared.input(), EmptySampler(), {.rays = 1}).trees.size() == 3);
+}
+
+TEST_CASE("Options are refused outside their ranges") {
+    const Balls balls;
+    const ColorCubeInput input = balls.input();
+    for (const double cost : {0.0, -1.0, 1.1e6, std::nan("")}) {
+        check_refused(input, "cube_cost is ", {.cube_cost = cost});
+    }
+    check_refused(input, "max_depth is 21, expected [0, 20]", {.max_depth = 21});
+    check_refused(input, "max_copies is 0, expected [1, 1024]", {.max_copies = 0});
+    check_refused(input, "max_copies is 1025", {.max_copies = 1025});
+    check_refused(input, "rays is 0, expected [1, 64]", {.rays = 0});
+    check_refused(input, "rays is 65", {.rays = 65});
+    check_refused(input, "colors is 2", {.colors = static_cast<CubeColors>(2)});
+    check_refused(input, "max_light_sets is 0, expected [1, 64]", {.max_light_sets = 0});
+    check_refused(input, "max_light_sets is 65", {.max_light_sets = 65});
+}
+
+TEST_CASE("A scene has its shared meshes as trees, its ground by triangles, the rest whole") {
+    for (const glm::dvec3& offset : {glm::dvec3(0.0), glm::dvec3(1e7, 0.0, -1e7)}) {
+        const Scene scene = small_scene(offset);
+        SerialExecutor executor;
+        const auto model =
+            build_color_cubes(scene, EmptySampler(offset), {.rays = 1}, executor, 100);
+        REQUIRE(model.has_value());
+        CHECK(validate(*model).has_value());
+        REQUIRE(model->trees.size() == 2);
+        CHECK(model->references.size() == 64); // trees
+        const ColorCubeTree& top = model->trees.back();
+        REQUIRE(top.primitives.size() == 1); // ground
+        CHECK(top.primitives[0].item == ItemId{0});
+        CHECK(top.primitives[0].count == primitive_count(scene.meshes[0]));
+        CHECK(top.items.size() == 6); // boxes and a sign
+        CHECK(model->item_count == scene.instances.size());
+        const auto whole =
+            build_color_cubes(scene, EmptySampler(offset), {.rays = 1}, executor, 1000);
+        REQUIRE(whole.has_value());
+        CHECK(validate(*whole).has_value());
+        CHECK(whole->trees.size() == 1);
+        CHECK(whole->trees[0].items.size() == 70);
+        const auto refused = build_color_cubes(scene, EmptySampler(offset), {}, executor, 0);
+        REQUIRE_FALSE(refused.has_value());
+        CHECK_THAT(refused.error().message, Catch::Contains("min_shared is 0"));
+    }
+}
+
+TEST_CASE("The digest of a build tells scene and options apart") {
+    const Scene scene = small_scene();
+    const std::vector<ColorCubeOptions> options = {
+        {},
+        {.cube_cost = 2.0},
+        {.max_depth = 15},
+        {.max_copies = 9},
+        {.rays = 5},
+        {.colors = CubeColors::composed},
+        {.max_light_sets = 7}};
+    std::set<std::uint64_t> digests;
+    for (const ColorCubeOptions& each : options) {
+        CHECK(digest(scene, each) == digest(scene, each));
+        CHECK(digests.insert(digest(scene, each)).second);
+    }
+    CHECK(digests.insert(digest(scene, {}, 1000)).second);
+    CHECK(digests.insert(digest(small_scene(glm::dvec3(1.0)), {})).second);
+}
