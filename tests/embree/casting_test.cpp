@@ -2,6 +2,7 @@
 // allocation.
 #include "embree/casting.hpp"
 #include "gpu/flat_scene.hpp"
+#include "gpu/hand_made_plan.hpp"
 #include "support/allocation_counter.hpp"
 #include "support/small_scene.hpp"
 #include <farfield/technique/culled_geometry.hpp>
@@ -118,6 +119,18 @@ TEST_CASE("Executing allocates nothing once warm") {
         CHECK(allocations == 0);
         CHECK(images > 20);
     }
+}
+
+TEST_CASE("Splats, cubes and single primitives allocate nothing once warm") {
+    const SmallWorld world = make_world(small_scene());
+    const auto caster = make_caster(world.scene, &world.hierarchy);
+    const auto target = caster->create_target(kFrameSize, kFrameSize, 4);
+    REQUIRE(target.has_value());
+    const FramePlan plan = plan_with_cells();
+    REQUIRE(caster->execute(plan, *target, {}).has_value());
+    const std::uint64_t before = allocation_count();
+    REQUIRE(caster->execute(plan, *target, {}).has_value());
+    CHECK(allocation_count() == before);
 }
 
 TEST_CASE("Samples cover an edge as much as it does") {
