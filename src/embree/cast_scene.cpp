@@ -78,18 +78,16 @@ void keep_solid(const RTCFilterFunctionNArguments* arguments) {
                 RTCRayN_dir_y(arguments->ray, count, i),
                 RTCRayN_dir_z(arguments->ray, count, i)
             );
-            alpha *= texel_at(
-                         part,
-                         triangle,
-                         u,
-                         v,
-                         origin,
-                         direction,
-                         context.direction_dx,
-                         context.direction_dy
-                     )
-                         .a /
-                     kMost;
+            glm::vec3 direction_dx = context.direction_dx;
+            glm::vec3 direction_dy = context.direction_dy;
+            if (context.items != nullptr) {
+                const unsigned item = RTCHitN_instID(arguments->hit, count, i, 0);
+                direction_dx = context.items[item].direction_to_object * direction_dx;
+                direction_dy = context.items[item].direction_to_object * direction_dy;
+            }
+            alpha *=
+                texel_at(part, triangle, u, v, origin, direction, direction_dx, direction_dy).a /
+                kMost;
         }
         if (alpha < part.material->alpha_cutoff) {
             arguments->valid[i] = 0;

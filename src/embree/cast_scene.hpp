@@ -161,6 +161,9 @@ struct CastContext {
     /// Steps of the direction from a pixel to the next, in object space.
     glm::vec3 direction_dx{0.0F};
     glm::vec3 direction_dy{0.0F};
+    /// Where the rays are those of the world, and the steps with them: items by instance. Embree
+    /// takes rays to object space, but not these.
+    const CastItem* items = nullptr;
 };
 
 /// One normal of a `TriangleLook`, 511 times as long.

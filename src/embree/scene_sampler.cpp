@@ -143,6 +143,7 @@ void SceneSampler::cast(
         in_world ? impl_->world.get() : impl_->scene->items()[index_of(item)].surface->bvh.get();
     CastContext context;
     rtcInitIntersectContext(&context.embree);
+    context.items = in_world ? impl_->scene->items().data() : nullptr;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const SurfaceRay& ray = rays[i];
         const glm::vec3 from = ray.from - ray.along * kBefore;
