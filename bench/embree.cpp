@@ -2,7 +2,10 @@
 // quads, which cost nothing but their pixels, and splats and cubes.
 #include "cells.hpp"
 #include "support/small_scene.hpp"
+#include <farfield/core/executor.hpp>
 #include <farfield/embree/embree_backend.hpp>
+#include <farfield/embree/scene_sampler.hpp>
+#include <farfield/image/build_color_cubes.hpp>
 #include <farfield/math/view.hpp>
 #include <farfield/partition/bsp.hpp>
 #include <farfield/technique/culled_geometry.hpp>
@@ -281,5 +284,36 @@ void cast_selected(benchmark::State& state) {
     state.counters["triangles"] = static_cast<double>(plan.selected.size());
 }
 BENCHMARK(cast_selected)->Arg(1)->Arg(10)->Arg(100)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// Colours of the cells of a small wood, with so many rays a side; dividing them is a part of it.
+void color_cells(benchmark::State& state) {
+    const Scene scene = support::small_scene();
+    const auto sampler = embree::SceneSampler::create(scene, glm::dvec3(0.0));
+    if (!sampler) {
+        state.SkipWithError(sampler.error().message.c_str());
+        return;
+    }
+    const auto rays = static_cast<std::uint32_t>(state.range(0));
+    SerialExecutor executor;
+    std::size_t cells = 0;
+    for (auto _ : state) {
+        const auto model = build_color_cubes(scene, **sampler, {.rays = rays}, executor, 100);
+        if (!model) {
+            state.SkipWithError(model.error().message.c_str());
+            return;
+        }
+        cells = model->trees[0].cells.size() + model->trees[1].cells.size();
+    }
+    state.SetItemsProcessed(static_cast<std::int64_t>(cells) * state.iterations());
+    // Six faces, and those aslant that the gain is measured with.
+    constexpr double kAslant = 48.0;
+    using benchmark::Counter;
+    state.counters["rays_per_second"] = Counter(
+        static_cast<double>(cells) * (6.0 * rays * rays + kAslant),
+        Counter::kIsIterationInvariantRate,
+        Counter::kIs1000
+    );
+}
+BENCHMARK(color_cells)->Arg(1)->Arg(4)->Arg(16)->Unit(benchmark::kMillisecond);
 
 } // namespace

@@ -1,10 +1,13 @@
 // The atlas as an image cache uses it: rectangles come and go, and the oldest go first when there
-// is no room.
-#include "../tests/support/random.hpp"
+// is no room. Cells of colour cubes.
+#include "image/cube_scenes.hpp"
+#include <farfield/core/executor.hpp>
 #include <farfield/image/atlas.hpp>
+#include <farfield/image/build_color_cubes.hpp>
 
 #include <benchmark/benchmark.h>
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -76,6 +79,54 @@ void atlas_fill(benchmark::State& state) {
     );
 }
 
+/// Cells around triangles of a fifth of their mean distance, with next to no colours.
+void divide_cells(benchmark::State& state) {
+    using namespace farfield;
+    const auto count = static_cast<std::size_t>(state.range(0));
+    support::TriangleSoup soup =
+        support::random_soup(count, 20.0 / std::cbrt(static_cast<double>(count)), 1);
+    const ColorCubeInput input = soup.input();
+    const support::EmptySampler sampler;
+    SerialExecutor executor;
+    std::size_t cells = 0;
+    std::uint64_t bytes = 0;
+    for (auto _ : state) {
+        const auto model = build_color_cubes(
+            input, sampler, {.rays = 1, .colors = CubeColors::composed}, executor
+        );
+        if (!model) {
+            state.SkipWithError(model.error().message.c_str());
+            return;
+        }
+        cells = model->trees[0].cells.size();
+        bytes = memory_bytes(*model);
+    }
+    state.SetItemsProcessed(static_cast<std::int64_t>(cells) * state.iterations());
+    state.counters["cells"] = static_cast<double>(cells);
+    state.counters["bytes_per_triangle"] = static_cast<double>(bytes) / static_cast<double>(count);
+}
+
+/// The checks that a model from a file goes through.
+void validate_cells(benchmark::State& state) {
+    using namespace farfield;
+    support::TriangleSoup soup = support::random_soup(100'000, 0.5, 1);
+    SerialExecutor executor;
+    const auto model = build_color_cubes(
+        soup.input(), support::EmptySampler(), {.rays = 1, .colors = CubeColors::composed}, executor
+    );
+    if (!model) {
+        state.SkipWithError(model.error().message.c_str());
+        return;
+    }
+    for (auto _ : state) {
+        benchmark::DoNotOptimize(validate(*model).has_value());
+    }
+    const auto cells = static_cast<std::int64_t>(model->trees[0].cells.size());
+    state.SetItemsProcessed(cells * state.iterations());
+}
+
+BENCHMARK(divide_cells)->RangeMultiplier(10)->Range(1000, 100'000)->Unit(benchmark::kMillisecond);
+BENCHMARK(validate_cells)->Unit(benchmark::kMillisecond);
 BENCHMARK(atlas_churn)->ArgNames({"page", "largest"})->ArgsProduct({{512, 1024, 2048}, {30, 120}});
 BENCHMARK(atlas_fill)->ArgNames({"page", "largest"})->ArgsProduct({{1024, 2048}, {30, 120}});
 
