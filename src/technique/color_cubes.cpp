@@ -134,6 +134,7 @@ struct ColorCubes::Walk {
     ) noexcept;
     void everything(std::size_t index, std::uint32_t root, const CubeReference* reference) noexcept;
     void entry(std::size_t index, std::uint32_t number, const CubeReference* reference) noexcept;
+    [[nodiscard]] bool moves(ItemId item) const noexcept;
     void whole(ItemId item) noexcept;
 };
 
@@ -267,13 +268,17 @@ void ColorCubes::Walk::show(
     }
 }
 
-void ColorCubes::Walk::whole(ItemId item) noexcept {
+/// What moves is drawn where it is now, with all that does.
+bool ColorCubes::Walk::moves(ItemId item) const noexcept {
     const Hierarchy& hierarchy = *self.hierarchy_;
     const std::size_t index = index_of(item);
-    const bool moves = index < hierarchy.item_places.size() &&
-                       hierarchy.item_places[index] >= hierarchy.items.size() &&
-                       hierarchy.item_places[index] != Hierarchy::kNoPlace;
-    if (!moves) { // what moves is drawn where it is now, with all that does
+    return index < hierarchy.item_places.size() &&
+           hierarchy.item_places[index] >= hierarchy.items.size() &&
+           hierarchy.item_places[index] != Hierarchy::kNoPlace;
+}
+
+void ColorCubes::Walk::whole(ItemId item) noexcept {
+    if (!moves(item)) {
         self.plan_.items.push_back(item);
         ++self.statistics_.items;
     }
@@ -310,10 +315,14 @@ void ColorCubes::Walk::contents(
 ) noexcept {
     ++self.statistics_.leaves;
     const ColorCubeTree& of = self.model_->trees[index];
-    self.near_references_.clear();
+    if (reference == nullptr) {
+        self.near_references_.clear();
+    }
     for (std::size_t i = cell.first;; ++i) {
         const std::uint32_t number = of.contents[i] & ~ColorCubeTree::kLast;
-        if (number < of.reference_count) {
+        if (number >= of.reference_count) {
+            entry(index, number, reference);
+        } else if (!moves(self.model_->references[number].item)) {
             const CubeReference& found = self.model_->references[number];
             const ColorCubeTree& tree_found = self.model_->trees[found.tree];
             const glm::vec3 middle =
@@ -321,12 +330,13 @@ void ColorCubes::Walk::contents(
                 found.rotation * (tree_found.lo + tree_found.edge * 0.5F) * found.scale;
             const glm::vec3 apart = middle - frame.eye;
             self.near_references_.emplace_back(-glm::dot(apart, apart), number);
-        } else {
-            entry(index, number, reference);
         }
         if ((of.contents[i] & ColorCubeTree::kLast) != 0U) {
             break;
         }
+    }
+    if (reference != nullptr) {
+        return; // a walk of one of them: what is left of the list goes on above
     }
     std::sort(self.near_references_.begin(), self.near_references_.end());
     for (const auto& [distance, number] : self.near_references_) {
@@ -517,7 +527,8 @@ Result<ColorCubes> ColorCubes::create(
     if (!(options.cell_px > 0.0) || !std::isfinite(options.cell_px)) {
         return fail(
             ErrorCode::invalid_argument,
-            "colour cubes: cell_px is " + std::to_string(options.cell_px) + ", expected more than 0"
+            "colour cubes: cell_px is " + std::to_string(options.cell_px) +
+                ", expected a finite value above 0 pixels"
         );
     }
     if (options.drawing > CubeDrawing::faces) {
@@ -525,6 +536,12 @@ Result<ColorCubes> ColorCubes::create(
             ErrorCode::invalid_argument,
             "colour cubes: unknown drawing " +
                 std::to_string(static_cast<unsigned>(options.drawing))
+        );
+    }
+    if (options.sheets > CubeSheets::opaque) {
+        return fail(
+            ErrorCode::invalid_argument,
+            "colour cubes: unknown sheets " + std::to_string(static_cast<unsigned>(options.sheets))
         );
     }
     if (Result<void> valid = validate(options.costs); !valid) {

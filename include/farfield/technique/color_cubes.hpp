@@ -41,7 +41,7 @@ struct ColorCubesOptions {
     CubeSheets sheets = CubeSheets::opaque;
     /// Draws geometry wherever the cost model says that it is no dearer.
     bool never_slower = true;
-    CostModel costs;
+    CostModel costs{};
 };
 
 /// What the last plan did.
