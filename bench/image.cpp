@@ -90,7 +90,7 @@ void divide_cells(benchmark::State& state) {
     SerialExecutor executor;
     std::size_t cells = 0;
     std::uint64_t bytes = 0;
-    for (auto _ : state) {
+    while (state.KeepRunning()) {
         const auto model = build_color_cubes(
             input, sampler, {.rays = 1, .colors = CubeColors::composed}, executor
         );
@@ -118,7 +118,7 @@ void validate_cells(benchmark::State& state) {
         state.SkipWithError(model.error().message.c_str());
         return;
     }
-    for (auto _ : state) {
+    while (state.KeepRunning()) {
         benchmark::DoNotOptimize(validate(*model).has_value());
     }
     const auto cells = static_cast<std::int64_t>(model->trees[0].cells.size());

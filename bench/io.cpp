@@ -51,7 +51,7 @@ void count(benchmark::State& state, const std::filesystem::path& path) {
 void write_cubes(benchmark::State& state) {
     const std::filesystem::path path = file();
     const ColorCubeModel& written_model = model(); // built before the clock runs
-    for (auto _ : state) {
+    while (state.KeepRunning()) {
         if (const auto written = io::write_color_cubes(path, written_model); !written) {
             state.SkipWithError(written.error().message.c_str());
             break;
@@ -66,7 +66,7 @@ void read_cubes(benchmark::State& state) {
     if (const auto written = io::write_color_cubes(path, model()); !written) {
         state.SkipWithError(written.error().message.c_str());
     }
-    for (auto _ : state) {
+    while (state.KeepRunning()) {
         const auto read = io::read_color_cubes(path);
         if (!read) {
             state.SkipWithError(read.error().message.c_str());

@@ -182,7 +182,7 @@ class Builder {
     }
 
   private:
-    Result<void> check_input() const;
+    [[nodiscard]] Result<void> check_input() const;
     Result<void> add_references();
     Result<void> add_prototypes();
     Result<void> add_scene(const Box3f& world);

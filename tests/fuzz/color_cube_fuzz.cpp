@@ -106,7 +106,7 @@ TEST_CASE("Damaged files of colour cubes are refused") {
         std::generate(bytes.begin(), bytes.end(), [&] {
             return static_cast<char>(mutator.below(256));
         });
-        bytes = whole.substr(0, mutator.below(kCubeHeaderBytes + 1)) + bytes;
+        bytes.insert(0, whole, 0, mutator.below(kCubeHeaderBytes + 1));
         REQUIRE_FALSE(io::read_color_cubes(folder.write("a.cubes", bytes)).has_value());
     }
 }

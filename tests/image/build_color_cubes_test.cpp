@@ -534,6 +534,7 @@ TEST_CASE("Few rays are as far from many as their number says") {
 
 TEST_CASE("Turned shapes have sets of light, as many as they may") {
     std::vector<glm::dmat4x3> places;
+    places.reserve(16);
     for (int i = 0; i < 16; ++i) {
         places.push_back(turned(i, 1.0, {200.0 * i, 0.0, 0.0}));
     }

@@ -88,7 +88,9 @@ TEST_CASE("A model is read as it was written, and the same model gives the same 
     const std::string content = unpacked(bytes);
     CHECK(content.substr(0, start.size()) == start);
     // Model, references; nine numbers of four bytes and six of eight for each tree, and its arrays.
-    CHECK(content.size() == 40 + 2 * 64 + 2 * (9 * 4 + 48) + memory_bytes(model) - 2 * 64);
+    CHECK(
+        content.size() == 40 + 2 * 64 + std::size_t{2} * (9 * 4 + 48) + memory_bytes(model) - 2 * 64
+    );
     CHECK(
         std::distance(
             std::filesystem::directory_iterator(folder.path()),
