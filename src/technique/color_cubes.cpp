@@ -32,6 +32,24 @@ constexpr std::size_t kDeepest = 7 * 21 + 8;
 
 constexpr std::array<unsigned, 8> kFarFirst = {7, 6, 5, 3, 4, 2, 1, 0};
 
+/// What of a cell a frame has read.
+constexpr std::uint8_t kCellRead = 1;
+constexpr std::uint8_t kCubeRead = 2;
+constexpr std::uint8_t kContentsRead = 4;
+
+/// Of a leaf: its entries, and the references among them.
+std::size_t contents_bytes(const ColorCubeTree& tree, const CubeCell& leaf) noexcept {
+    std::size_t bytes = 0;
+    for (std::size_t i = leaf.first;; ++i) {
+        const std::uint32_t number = tree.contents[i] & ~ColorCubeTree::kLast;
+        bytes += sizeof(std::uint32_t);
+        bytes += number < tree.reference_count ? sizeof(CubeReference) : 0;
+        if ((tree.contents[i] & ColorCubeTree::kLast) != 0U) {
+            return bytes;
+        }
+    }
+}
+
 /// Children of a cell, by its octants.
 constexpr std::array<std::uint8_t, 256> kBits = [] {
     std::array<std::uint8_t, 256> bits{};
@@ -136,6 +154,13 @@ struct ColorCubes::Walk {
     void entry(std::size_t index, std::uint32_t number, const CubeReference* reference) noexcept;
     [[nodiscard]] bool moves(ItemId item) const noexcept;
     void whole(ItemId item) noexcept;
+    void
+    count(std::size_t index, std::uint32_t cell, std::uint8_t what, std::size_t bytes) noexcept {
+        if (self.options_.count_bytes && (self.read_[index][cell] & what) == 0) {
+            self.read_[index][cell] |= what;
+            self.statistics_.bytes += bytes;
+        }
+    }
 };
 
 ColorCubes::Walk::Walk(ColorCubes& technique, const View& seen) noexcept
@@ -396,6 +421,7 @@ void ColorCubes::Walk::tree(
         const Visit visit = open[--size];
         const CubeCell& cell = of.cells[visit.cell];
         ++self.statistics_.cells;
+        count(index, visit.cell, kCellRead, sizeof(CubeCell));
         const float half = visit.edge * 0.5F;
         const glm::vec3 middle = visit.lo + half;
         bool inside = visit.inside;
@@ -422,6 +448,7 @@ void ColorCubes::Walk::tree(
         if (depth > 0.0F && ahead > 0.0F &&
             4.0F * radius_sq * (glm::dot(offset, offset) - radius_sq) <= limit_sq * ahead * ahead) {
             const CubeGain* gain = of.gains.empty() ? nullptr : &of.gains[visit.cell];
+            count(index, visit.cell, kCubeRead, sizeof(ColorCube) + sizeof(CubeGain));
             show(frame, cubes[visit.cell], gain, offset, depth, extents);
             continue;
         }
@@ -446,6 +473,9 @@ void ColorCubes::Walk::tree(
             }
         }
         if (cell.octants == 0) {
+            if (self.options_.count_bytes) {
+                count(index, visit.cell, kContentsRead, contents_bytes(of, cell));
+            }
             self.open_count_ += size; // walks of references go on above
             contents(index, cell, frame, reference);
             self.open_count_ -= size;
@@ -495,6 +525,9 @@ ColorCubes::ColorCubes(
             contents += primitives.count;
         }
         drawn_[i].resize(contents);
+        if (options.count_bytes) {
+            read_.emplace_back(tree.cells.size());
+        }
     }
     selected_.resize(model.trees.back().primitives.size());
     for (std::size_t i = 0; i < optical_depths_.size(); ++i) {
@@ -629,6 +662,9 @@ ColorCubes::Profiles ColorCubes::profiles_of(std::size_t index) const {
 const FramePlan& ColorCubes::plan(const View& view) noexcept {
     clear(plan_);
     statistics_ = {};
+    for (std::vector<std::uint8_t>& read : read_) {
+        std::fill(read.begin(), read.end(), std::uint8_t{0});
+    }
     plan_.origin = model_->origin;
     plan_.cube_frames.emplace_back(1.0F);
     Walk walk(*this, view);

@@ -41,6 +41,8 @@ struct ColorCubesOptions {
     CubeSheets sheets = CubeSheets::opaque;
     /// Draws geometry wherever the cost model says that it is no dearer.
     bool never_slower = true;
+    /// Counts `ColorCubesStatistics::bytes`; for measuring, it takes time and memory.
+    bool count_bytes = false;
     CostModel costs{};
 };
 
@@ -53,6 +55,8 @@ struct ColorCubesStatistics {
     std::uint64_t triangles = 0;  ///< drawn one by one
     std::uint64_t items = 0;      ///< drawn whole
     bool geometry = false;        ///< the plan is that of plain geometry
+    /// Of the model, read by the plan, each once however often; with `count_bytes`.
+    std::uint64_t bytes = 0;
 };
 
 /// An octree whose distant cells are drawn as cubes of one colour a face.
@@ -146,6 +150,8 @@ class ColorCubes {
     std::vector<std::vector<bool>> drawn_;
     /// By entry of `ColorCubeTree::primitives` of the last tree: triangles to draw.
     std::vector<std::vector<std::uint32_t>> selected_;
+    /// By tree and cell, with `count_bytes`: what of it has been read in this frame.
+    std::vector<std::vector<std::uint8_t>> read_;
     std::vector<Visit> open_; ///< of the walks through a tree and a reference of it
     std::size_t open_count_ = 0;
     std::vector<std::pair<float, std::uint32_t>> near_references_; ///< of a leaf, by distance
