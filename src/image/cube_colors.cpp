@@ -124,26 +124,61 @@ class CellSampler {
     std::vector<SurfaceHit> oblique_hits_;
 };
 
-/// Whether all that the rays have met faces one way, or the opposite one.
+/// Whether all that the rays have met lies about one plane.
 bool CellSampler::is_sheet_seen() const noexcept {
-    // Normals that are this much shorter in the mean than one by one differ by some 25 degrees.
-    constexpr float kOneWay = 0.9F;
+    // Distance from the plane over the extent in it, root mean squares: of a surface that bends by
+    // 30 degrees across the cell it is 0.04, of points anywhere in a cube 0.7.
+    constexpr float kFlat = 0.1F;
     constexpr std::size_t kFewest = 8;
-    glm::vec3 first(0.0F);
-    glm::vec3 sum(0.0F);
+    glm::vec3 middle(0.0F);
+    std::array<float, 6> products{}; // xx, yy, zz, xy, yz, zx
     std::size_t met = 0;
-    for (const std::vector<SurfaceHit>* hits : {&hits_, &oblique_hits_}) {
-        for (const SurfaceHit& hit : *hits) {
-            const float length = glm::length(hit.normal);
-            if (hit.t > 1.0F || !(length > 0.0F)) {
+    const glm::vec3 around = rays_.front().from;
+    const auto add = [&](const std::vector<SurfaceRay>& rays, const std::vector<SurfaceHit>& hits) {
+        for (std::size_t i = 0; i < hits.size(); ++i) {
+            if (hits[i].t > 1.0F) {
                 continue;
             }
-            first = met == 0 ? hit.normal : first;
-            sum += hit.normal * ((glm::dot(hit.normal, first) < 0.0F ? -1.0F : 1.0F) / length);
+            const glm::vec3 p = rays[i].from + rays[i].along * hits[i].t - around;
+            middle += p;
+            products[0] += p.x * p.x;
+            products[1] += p.y * p.y;
+            products[2] += p.z * p.z;
+            products[3] += p.x * p.y;
+            products[4] += p.y * p.z;
+            products[5] += p.z * p.x;
             ++met;
         }
+    };
+    add(rays_, hits_);
+    add(oblique_, oblique_hits_);
+    if (met < kFewest) {
+        return false;
     }
-    return met >= kFewest && glm::length(sum) >= kOneWay * static_cast<float>(met);
+    const float each = 1.0F / static_cast<float>(met);
+    middle *= each;
+    const float xx = products[0] * each - middle.x * middle.x;
+    const float yy = products[1] * each - middle.y * middle.y;
+    const float zz = products[2] * each - middle.z * middle.z;
+    const float xy = products[3] * each - middle.x * middle.y;
+    const float yz = products[4] * each - middle.y * middle.z;
+    const float zx = products[5] * each - middle.z * middle.x;
+    // The least eigenvalue of the covariance, by the trigonometric solution of its cubic.
+    const float trace = xx + yy + zz;
+    const float mean = trace / 3.0F;
+    const glm::vec3 diagonal(xx - mean, yy - mean, zz - mean);
+    const float off = xy * xy + yz * yz + zx * zx;
+    const float spread = std::sqrt((glm::dot(diagonal, diagonal) + 2.0F * off) / 6.0F);
+    if (!(spread > 0.0F)) {
+        return false;
+    }
+    const float determinant = diagonal.x * (diagonal.y * diagonal.z - yz * yz) -
+                              xy * (xy * diagonal.z - yz * zx) + zx * (xy * yz - diagonal.y * zx);
+    const float angle =
+        std::acos(std::clamp(determinant / (2.0F * spread * spread * spread), -1.0F, 1.0F)) / 3.0F;
+    const float least =
+        mean + 2.0F * spread * std::cos(angle + 2.0F * std::numbers::pi_v<float> / 3.0F);
+    return least <= kFlat * kFlat * (trace - least);
 }
 
 CubeGain CellSampler::gain(std::uint32_t cell, const Box3f& box, const ColorCube& cube) {
@@ -234,6 +269,20 @@ void compose_interiors(ColorCubeTree& tree) {
     }
 }
 
+/// A cell is a part of a surface where the cell around it is one as well: a single leaf faces one
+/// way, the leaves around it do not.
+void keep_surfaces(ColorCubeTree& tree) {
+    // From the back, so that what is said of a cell is not changed before its children have seen
+    // it.
+    for (std::size_t i = tree.cells.size(); i-- > 0;) {
+        const CubeCell& cell = tree.cells[i];
+        for (std::uint32_t k = 0; cell.octants != 0 && k < child_count(cell); ++k) {
+            CubeGain& gain = tree.gains[cell.first + k];
+            gain = with_sheet(gain, is_sheet(gain) && is_sheet(tree.gains[i]));
+        }
+    }
+}
+
 } // namespace
 
 void color_cells(
@@ -267,6 +316,8 @@ void color_cells(
     });
     if (composed_interiors) {
         compose_interiors(tree);
+    } else {
+        keep_surfaces(tree);
     }
 }
 

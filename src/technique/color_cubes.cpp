@@ -23,6 +23,8 @@ namespace {
 /// that a wrong guess costs little.
 constexpr std::uint32_t kJudgedLevels = 4;
 constexpr std::uint32_t kNoProfile = UINT32_MAX;
+/// Of all depths of a frame: what is in one step keeps its order.
+constexpr std::uint32_t kDepthSteps = 1U << 16U;
 /// Cubes have to be so much cheaper than the geometry that they stand for.
 constexpr double kWorthIt = 0.9;
 /// Picking a triangle and handing it over one by one, in triangles.
@@ -261,6 +263,7 @@ void ColorCubes::Walk::show(
         self.plan_.cubes.push_back(
             {center, size * frame.scale, frame.cube_frame, {*faces[0], *faces[1], *faces[2]}}
         );
+        self.depths_.push_back(depth * frame.scale);
         return;
     }
     // Seen along d, the silhouette of a box is the sum over its axes of |d_a| / |d| times the area
@@ -282,7 +285,7 @@ void ColorCubes::Walk::show(
             oblique_alpha(depths, direction, size, self.gains_[gain->stored & 0x7FU]);
         if (self.options_.sheets == CubeSheets::opaque && is_sheet(*gain)) {
             color.set_alpha(1.0F);
-            area *= std::sqrt(alpha) * std::sqrt(std::sqrt(alpha)); // see docs/color-cubes.md
+            area *= std::sqrt(std::sqrt(alpha)); // see docs/color-cubes.md
         } else {
             color.set_alpha(alpha);
         }
@@ -290,6 +293,7 @@ void ColorCubes::Walk::show(
     const glm::u8vec4 rounded = color.rounded();
     if (rounded.a != 0) {
         self.plan_.splats.push_back({center, frame.scale * std::sqrt(area), rounded});
+        self.depths_.push_back(depth * frame.scale);
     }
 }
 
@@ -516,7 +520,7 @@ ColorCubes::ColorCubes(
     const Hierarchy& hierarchy, const ColorCubeModel& model, const ColorCubesOptions& options
 )
     : hierarchy_(&hierarchy), model_(&model), options_(options), geometry_(hierarchy),
-      drawn_(model.trees.size()), open_(2 * kDeepest) {
+      drawn_(model.trees.size()), open_(2 * kDeepest), step_begins_(kDepthSteps + 1) {
     for (std::size_t i = 0; i < model.trees.size(); ++i) {
         profiles_.push_back(profiles_of(i));
         const ColorCubeTree& tree = model.trees[i];
@@ -659,9 +663,36 @@ ColorCubes::Profiles ColorCubes::profiles_of(std::size_t index) const {
     return result;
 }
 
+template <typename Cell>
+void ColorCubes::sort_from_the_back(std::vector<Cell>& cells, std::vector<Cell>& sorted) noexcept {
+    if (cells.size() < 2 || cells.size() != depths_.size()) {
+        return;
+    }
+    // Counting in steps of depth that are a fraction of what any cell is deep.
+    const auto [nearest, farthest] = std::minmax_element(depths_.begin(), depths_.end());
+    const float last = *farthest;
+    const float steps = static_cast<float>(kDepthSteps - 1) / std::max(last - *nearest, 1e-30F);
+    const auto step_of = [&](float depth) {
+        return std::min(static_cast<std::uint32_t>((last - depth) * steps), kDepthSteps - 1);
+    };
+    std::fill(step_begins_.begin(), step_begins_.end(), 0U);
+    for (const float depth : depths_) {
+        ++step_begins_[step_of(depth) + 1];
+    }
+    for (std::size_t i = 1; i < step_begins_.size(); ++i) {
+        step_begins_[i] += step_begins_[i - 1];
+    }
+    sorted.resize(cells.size());
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+        sorted[step_begins_[step_of(depths_[i])]++] = cells[i];
+    }
+    cells.swap(sorted);
+}
+
 const FramePlan& ColorCubes::plan(const View& view) noexcept {
     clear(plan_);
     statistics_ = {};
+    depths_.clear();
     for (std::vector<std::uint8_t>& read : read_) {
         std::fill(read.begin(), read.end(), std::uint8_t{0});
     }
@@ -692,6 +723,11 @@ const FramePlan& ColorCubes::plan(const View& view) noexcept {
         if (!is_empty(moving.box) && classify(frustum, moving.box) != Overlap::outside) {
             plan_.items.push_back(moving.item);
         }
+    }
+    // Octants come from the back, but references overlap.
+    if (model_->references.size() > 1) {
+        sort_from_the_back(plan_.splats, sorted_splats_);
+        sort_from_the_back(plan_.cubes, sorted_cubes_);
     }
     // Cells came from the back; geometry is best drawn from the front.
     std::reverse(plan_.items.begin(), plan_.items.end());

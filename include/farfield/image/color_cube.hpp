@@ -85,5 +85,8 @@ struct CubeGain {
 [[nodiscard]] constexpr bool is_sheet(CubeGain gain) noexcept {
     return (gain.stored & 0x80U) != 0U;
 }
+[[nodiscard]] constexpr CubeGain with_sheet(CubeGain gain, bool sheet) noexcept {
+    return {static_cast<std::uint8_t>((gain.stored & 0x7FU) | (sheet ? 0x80U : 0U))};
+}
 
 } // namespace farfield

@@ -67,8 +67,8 @@ struct ColorCubesStatistics {
 ///
 /// Cells outside the frustum are left out; those of at most `cell_px` are shown by their colour
 /// cube; leaves that are larger draw their contents, each primitive once however many leaves hold
-/// it. Contents come first, so that all cubes are tested against them; cubes follow back to front,
-/// octant by octant, references of a leaf by distance.
+/// it. Contents come first, so that all cubes are tested against them; cubes follow back to front:
+/// octant by octant, and where references overlap in the order of their depths.
 ///
 /// Where the cells that a part of the scene would take cost no less than its geometry, it is drawn
 /// as geometry; where nothing is left of cubes, the plan is that of `CulledGeometry`.
@@ -132,6 +132,8 @@ class ColorCubes {
     );
     [[nodiscard]] Profiles profiles_of(std::size_t tree) const;
     void find_common_tree();
+    template <typename Cell>
+    void sort_from_the_back(std::vector<Cell>& cells, std::vector<Cell>& sorted) noexcept;
 
     const Hierarchy* hierarchy_;
     const ColorCubeModel* model_;
@@ -154,6 +156,10 @@ class ColorCubes {
     std::vector<std::vector<std::uint8_t>> read_;
     std::vector<Visit> open_; ///< of the walks through a tree and a reference of it
     std::size_t open_count_ = 0;
+    std::vector<float> depths_; ///< of the cells shown [m]
+    std::vector<std::uint32_t> step_begins_;
+    std::vector<Splat> sorted_splats_;
+    std::vector<ShownCube> sorted_cubes_;
     std::vector<std::pair<float, std::uint32_t>> near_references_; ///< of a leaf, by distance
 };
 
