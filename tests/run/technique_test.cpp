@@ -1,12 +1,16 @@
 #include "files.hpp"
 #include "run/backends.hpp"
+#include "run/program.hpp"
 #include "run/technique.hpp"
 #include "run/world.hpp"
 #include <farfield/eval/cost_model_file.hpp>
 #include <farfield/gpu/null/null_backend.hpp>
 
+#include <CLI/CLI.hpp>
 #include <catch2/catch.hpp>
 
+#include <filesystem>
+#include <fstream>
 #include <optional>
 #include <string>
 #include <utility>
@@ -64,7 +68,7 @@ TEST_CASE("names of what does not exist are refused with what does", "[technique
         CHECK(
             message_of(run::validate(options)) ==
             "technique \"imagecache\" does not exist, expected one of geometry, mesh-lod, "
-            "image-cache"
+            "image-cache, color-cubes"
         );
     }
     SECTION("preset") {
@@ -99,7 +103,7 @@ TEST_CASE("each technique plans, and promises what it can", "[technique]") {
     NullBackend backend = make_backend();
     const auto target = backend.create_target(world().width, world().height, 1);
     REQUIRE(target);
-    for (const char* name : {"geometry", "mesh-lod", "image-cache"}) {
+    for (const char* name : {"geometry", "mesh-lod", "image-cache", "color-cubes"}) {
         CAPTURE(name);
         RunOptions options = options_of(name);
         options.cache.error_px = 3.0;
@@ -112,14 +116,20 @@ TEST_CASE("each technique plans, and promises what it can", "[technique]") {
         CHECK(backend.execute(plan, *target, {}));
         CHECK_FALSE(plan.items.empty());
         const bool images = options.technique == "image-cache";
+        const bool cubes = options.technique == "color-cubes";
         CHECK((technique.cache() != nullptr) == images);
+        CHECK((technique.cubes() != nullptr) == cubes);
+        CHECK((technique.cube_model() != nullptr) == cubes);
         CHECK(static_cast<bool>(planner.statistics) == images);
         RunReport report;
         technique.add_to_report(report);
         CHECK(report.technique == name);
         CHECK(report.backend == "opengl");
-        CHECK(report.cost_model.has_value() == images);
-        CHECK(report.error_px.has_value() == (options.technique != "geometry"));
+        CHECK(report.cost_model.has_value() == (images || cubes));
+        CHECK(report.error_px.has_value() == (images || options.technique == "mesh-lod"));
+        if (cubes) {
+            CHECK(*report.memory.hierarchy_bytes == memory_bytes(technique.cube_model()->model));
+        }
         CHECK(report.memory.image_budget_bytes.has_value() == images);
         // Levels of detail are kept to the threshold too, but show no images that could be held to
         // it.
@@ -140,6 +150,21 @@ TEST_CASE("what techniques themselves refuse comes through", "[technique]") {
         REQUIRE_FALSE(made);
         CHECK_THAT(made.error().message, Catch::Contains("error_px is -1"));
     }
+}
+
+TEST_CASE("what colour cubes refuse comes through", "[technique]") {
+    NullBackend backend = make_backend();
+    RunOptions options = options_of("color-cubes");
+    const auto message = [&] {
+        const auto made = Technique::create(world(), options, backend);
+        return made ? "made" : made.error().message;
+    };
+    CHECK(message() == "made");
+    options.cubes.cell_px = -1.0;
+    CHECK_THAT(message(), Catch::Contains("cell_px is -1"));
+    options.cubes.cell_px = 1.0;
+    options.cube_model.build.rays = 0;
+    CHECK_THAT(message(), Catch::Contains("rays is 0"));
 }
 
 TEST_CASE("a cost model is the backend's stored one, a file's, or measured", "[technique]") {
@@ -183,6 +208,77 @@ TEST_CASE("backends are made by name", "[backends]") {
         CHECK(*plain != *positions);
         CHECK_FALSE((*plain)->limits().positions);
         CHECK((*positions)->limits().positions);
+    }
+}
+
+TEST_CASE("colour cubes are kept in a file and read again", "[technique]") {
+    const TemporaryFile file("cubes.ffc", "");
+    std::filesystem::remove(file.path());
+    NullBackend backend = make_backend();
+    RunOptions options = options_of("color-cubes");
+    const auto parse = [&](const std::string& arguments) {
+        CLI::App app;
+        run::add_cube_options(app, options);
+        app.parse(arguments);
+    };
+    parse("--cubes " + file.path());
+    const auto message = [&](const World& of) {
+        const auto made = Technique::create(of, options, backend);
+        return made ? "made" : made.error().message;
+    };
+
+    const auto built = Technique::create(world(), options, backend);
+    REQUIRE(built);
+    CHECK(built->cube_model()->build_s > 0.0);
+    CHECK(built->cube_model()->read_s == 0.0);
+    REQUIRE(std::filesystem::exists(file.path()));
+    const auto read = Technique::create(world(), options, backend);
+    REQUIRE(read);
+    CHECK(read->cube_model()->build_s == 0.0);
+    CHECK(read->cube_model()->read_s > 0.0);
+    CHECK(read->cube_model()->model == built->cube_model()->model);
+
+    SECTION("of other options") {
+        parse("--cube-rays 2");
+        CHECK_THAT(message(world()), Catch::Contains(file.path() + " is of another scene"));
+        parse("--cube-rays 4");
+        CHECK(message(world()) == "made");
+        parse("--cube-colors composed");
+        CHECK_THAT(message(world()), Catch::Contains(file.path() + " is of another scene"));
+    }
+    SECTION("shown otherwise, which is no matter") {
+        parse("--cell-px 3 --cube-drawing faces --always-cubes");
+        CHECK(message(world()) == "made");
+    }
+    SECTION("of another scene") {
+        const TemporaryFile scene("cubes.obj", "v 0 0 0\nv 4 0 0\nv 4 3 1\nf 1 2 3\n");
+        run::WorldOptions of;
+        of.scene = scene.path();
+        const auto other = run::load_world(of);
+        REQUIRE(other);
+        CHECK_THAT(message(*other), Catch::Contains(file.path() + " is of another scene"));
+    }
+    SECTION("damaged") {
+        const auto size = std::filesystem::file_size(file.path());
+        std::fstream bytes(file.path(), std::ios::binary | std::ios::in | std::ios::out);
+        bytes.seekg(static_cast<std::streamoff>(size / 2));
+        const int byte = bytes.get();
+        bytes.seekp(static_cast<std::streamoff>(size / 2));
+        bytes.put(static_cast<char>(byte ^ 1));
+        bytes.close();
+        CHECK_THAT(
+            message(world()), Catch::Contains(file.path()) && !Catch::Contains("another scene")
+        );
+        std::filesystem::resize_file(file.path(), size / 2);
+        CHECK_THAT(
+            message(world()), Catch::Contains(file.path()) && !Catch::Contains("another scene")
+        );
+        std::filesystem::resize_file(file.path(), 0);
+        CHECK_THAT(message(world()), Catch::Contains(file.path()));
+    }
+    SECTION("where none can be written") {
+        options.cube_model.file = "/nonexistent/cubes.ffc";
+        CHECK_THAT(message(world()), Catch::Contains("/nonexistent/cubes.ffc"));
     }
 }
 
