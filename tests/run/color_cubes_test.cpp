@@ -123,8 +123,8 @@ TEST_CASE("colour cubes cover what geometry covers", "[cubes]") {
         double tolerance = 0.0;
     };
     // Cells behind each other count as independent, which twigs of one tree nearly are. Those of
-    // many trees in a few pixels less so: 3.6 % too much is shown of these, who are seen from one
-    // place all the time.
+    // many trees in a few pixels less so: some 3 % too much is shown of these, who are seen from
+    // one place all the time.
     const std::vector<Case> cases = {
         {"tree", {{"triangles", 20'000.0}}, 24, 0.02},
         {"trees", {{"count", 16.0}, {"triangles", 20'000.0}}, 2, 0.04}};
