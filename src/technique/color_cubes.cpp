@@ -452,7 +452,12 @@ void ColorCubes::Walk::tree(
         if (depth > 0.0F && ahead > 0.0F &&
             4.0F * radius_sq * (glm::dot(offset, offset) - radius_sq) <= limit_sq * ahead * ahead) {
             const CubeGain* gain = of.gains.empty() ? nullptr : &of.gains[visit.cell];
-            count(index, visit.cell, kCubeRead, sizeof(ColorCube) + sizeof(CubeGain));
+            count(
+                index,
+                visit.cell,
+                kCubeRead,
+                sizeof(ColorCube) + (gain == nullptr ? 0 : sizeof(CubeGain))
+            );
             show(frame, cubes[visit.cell], gain, offset, depth, extents);
             continue;
         }

@@ -4,6 +4,7 @@
 #include "support/skip.hpp"
 
 #include <catch2/catch.hpp>
+#include <glm/vec4.hpp>
 
 #include <array>
 #include <cmath>
@@ -56,10 +57,12 @@ void draw(Backend& backend, TargetId target, const FramePlan& plan, Coverage& co
     REQUIRE(executed.has_value());
     const auto picture = backend.read_target(target);
     REQUIRE(picture.has_value());
-    for (int y = 0; y < kSide; ++y) {
-        for (int x = 0; x < kSide; ++x) {
-            const auto pixel = static_cast<std::size_t>(y * kSide + x);
-            const auto block = static_cast<std::size_t>(y / kBlock * (kSide / kBlock) + x / kBlock);
+    constexpr std::size_t kPixels = kSide;
+    constexpr std::size_t kPerBlock = kBlock;
+    for (std::size_t y = 0; y < kPixels; ++y) {
+        for (std::size_t x = 0; x < kPixels; ++x) {
+            const std::size_t pixel = y * kPixels + x;
+            const std::size_t block = y / kPerBlock * (kPixels / kPerBlock) + x / kPerBlock;
             coverage[block] += picture->rgba[4 * pixel + 3] / 255.0;
         }
     }

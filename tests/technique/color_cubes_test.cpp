@@ -9,6 +9,7 @@
 #include <farfield/technique/culled_geometry.hpp>
 
 #include <catch2/catch.hpp>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
@@ -373,6 +374,43 @@ TEST_CASE("one triangle is shown or drawn") {
     CHECK(technique.plan(view).splats.empty());
     CHECK(technique.plan(view_from(200.0)).splats.size() == 1);
     CHECK(technique.plan(view_from(200.0)).selected.empty());
+}
+
+TEST_CASE("what a plan reads is counted once however often, and changes nothing") {
+    ColorCube colors;
+    colors.faces.fill({10, 20, 30, 40});
+    const View view = look_at({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, test_lens(), 160, 120);
+    std::vector<CubeReference> placed;
+    for (std::size_t count = 1; count < 4; ++count) {
+        CubeReference reference;
+        reference.translation = {0.0F, 0.0F, -4.0F * static_cast<float>(count)};
+        placed.push_back(reference);
+        const ColorCubeModel model = make_single_cells(placed, {}, 0.01F, colors);
+        const Hierarchy hierarchy = make_item_hierarchy(count);
+        ColorCubesOptions options;
+        options.never_slower = false;
+        ColorCubes plain = make_technique(hierarchy, model, options);
+        options.count_bytes = true;
+        ColorCubes counting = make_technique(hierarchy, model, options);
+        for (int frame = 0; frame < 2; ++frame) {
+            CHECK(digest(counting.plan(view)) == digest(plain.plan(view)));
+            CHECK(plain.statistics().bytes == 0);
+            // Two cells, the entries of the scene's with what they name, and one colour cube.
+            CHECK(
+                counting.statistics().bytes ==
+                2 * sizeof(CubeCell) + count * (4 + sizeof(CubeReference)) + sizeof(ColorCube)
+            );
+        }
+    }
+    const CubeWorld world = make_cube_world();
+    ColorCubesOptions options = always_faces(1.0);
+    options.count_bytes = true;
+    ColorCubes technique = make_technique(world, options);
+    for (const View& from : dolly(60)) {
+        static_cast<void>(technique.plan(from));
+        CHECK(technique.statistics().bytes > 0);
+        CHECK(technique.statistics().bytes <= memory_bytes(world.model));
+    }
 }
 
 TEST_CASE("cubes are as small as they should be") {

@@ -10,6 +10,7 @@
 #include <glm/ext/matrix_double3x3.hpp>
 #include <glm/vec3.hpp>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
