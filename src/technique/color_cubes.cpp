@@ -28,7 +28,7 @@ constexpr std::uint32_t kDepthSteps = 1U << 16U;
 /// Cubes have to be so much cheaper than the geometry that they stand for.
 constexpr double kWorthIt = 0.9;
 /// Picking a triangle and handing it over one by one, in triangles.
-constexpr double kSelected = 0.2;
+constexpr double kSelected = 0.45;
 /// Deepest stack of a walk: seven siblings wait on each level.
 constexpr std::size_t kDeepest = 7 * 21 + 8;
 

@@ -20,11 +20,11 @@ struct CostModel {
     /// One sample of one pixel that geometry may cover, apart from its triangles. Nothing to speak
     /// of where triangles are rasterised; nearly all there is where rays are cast.
     double geometry_pixel_s = 0.0;
-    double splat_s = 7.0e-8; ///< one splat of about a pixel or less, drawn or dropped
+    double splat_s = 1.4e-7; ///< one splat of about a pixel or less, drawn or dropped
     double cube_s = 1.2e-6;  ///< one cube of up to three faces, of that size
     /// One cell of a tree that planning looks at. Planning is done on the processor, whatever
     /// draws: `gpu::calibrate` leaves it as it is.
-    double cell_s = 2.0e-8;
+    double cell_s = 2.5e-8;
 
     friend bool operator==(const CostModel&, const CostModel&) = default;
 };
@@ -40,7 +40,7 @@ struct CostModel {
         .pass_s = 1e-5,
         .texel_s = 5e-9,
         .geometry_pixel_s = 1e-7,
-        .splat_s = 5e-8,
+        .splat_s = 1e-7,
         .cube_s = 7e-7};
 }
 
