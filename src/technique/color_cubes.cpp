@@ -23,7 +23,7 @@ namespace {
 /// that a wrong guess costs little.
 constexpr std::uint32_t kJudgedLevels = 4;
 constexpr std::uint32_t kNoProfile = UINT32_MAX;
-/// Of all depths of a frame: what is in one step keeps its order.
+/// Most steps that depths of a frame are sorted by: what is in one step keeps its order.
 constexpr std::uint32_t kDepthSteps = 1U << 16U;
 /// Cubes have to be so much cheaper than the geometry that they stand for.
 constexpr double kWorthIt = 0.9;
@@ -95,9 +95,9 @@ struct MixedColor {
 /// @param weights [0, 1], of sum 1
 MixedColor
 mixed(const std::array<const glm::u8vec4*, 3>& colors, const glm::vec3& weights) noexcept {
-    const auto first = static_cast<std::uint32_t>(weights.x * 256.0F + 0.5F);
+    const auto first = static_cast<std::uint32_t>(std::lround(weights.x * 256.0F));
     const auto second =
-        std::min(static_cast<std::uint32_t>(weights.y * 256.0F + 0.5F), 256U - first);
+        std::min(static_cast<std::uint32_t>(std::lround(weights.y * 256.0F)), 256U - first);
     const std::array<std::uint32_t, 3> parts = {first, second, 256U - first - second};
     constexpr std::uint32_t kEven = 0x00FF00FFU;
     MixedColor result;
@@ -673,18 +673,21 @@ void ColorCubes::sort_from_the_back(std::vector<Cell>& cells, std::vector<Cell>&
     if (cells.size() < 2 || cells.size() != depths_.size()) {
         return;
     }
-    // Counting in steps of depth that are a fraction of what any cell is deep.
+    // Counting in steps of depth, of which there are more than cells.
+    const auto step_count = std::min<std::uint32_t>(
+        kDepthSteps, std::bit_ceil(static_cast<std::uint32_t>(cells.size())) * 8U
+    );
     const auto [nearest, farthest] = std::minmax_element(depths_.begin(), depths_.end());
     const float last = *farthest;
-    const float steps = static_cast<float>(kDepthSteps - 1) / std::max(last - *nearest, 1e-30F);
+    const float steps = static_cast<float>(step_count - 1) / std::max(last - *nearest, 1e-30F);
     const auto step_of = [&](float depth) {
-        return std::min(static_cast<std::uint32_t>((last - depth) * steps), kDepthSteps - 1);
+        return std::min(static_cast<std::uint32_t>((last - depth) * steps), step_count - 1);
     };
-    std::fill(step_begins_.begin(), step_begins_.end(), 0U);
+    std::fill_n(step_begins_.begin(), step_count + 1, 0U);
     for (const float depth : depths_) {
         ++step_begins_[step_of(depth) + 1];
     }
-    for (std::size_t i = 1; i < step_begins_.size(); ++i) {
+    for (std::size_t i = 1; i <= step_count; ++i) {
         step_begins_[i] += step_begins_[i - 1];
     }
     sorted.resize(cells.size());

@@ -471,8 +471,8 @@ TEST_CASE("what is in the frustum is covered by one cube or drawn") {
                 with_items += plan.items.size() > 3 ? 1U : 0U;
             }
             CAPTURE(check.seen, check.shown, check.absent);
-            CHECK(check.seen > 2000);
-            CHECK(check.shown > 500);
+            CHECK(check.seen > 1000);
+            CHECK(check.shown > 200);
             CHECK(check.shown < check.seen);
             // Corners are on a grid and cells on another, and the points are in between.
             CHECK(check.absent == 0);
@@ -567,8 +567,10 @@ TEST_CASE("cells of references that overlap are shown in the order of their dept
                 depths.push_back(-glm::dot(offset, view.camera_to_world[2]));
             }
             const auto [nearest, farthest] = std::minmax_element(depths.begin(), depths.end());
-            // Depths are told apart in 65535 steps; those of floats are off by some 1e-6 of them.
-            const double step = (*farthest - *nearest) / 65535.0 + 1e-5 * *farthest;
+            // Depths are told apart in eight times as many steps as there are cells, or more; those
+            // of floats are off by some 1e-6 of them.
+            const double steps = std::min(65535.0, 8.0 * static_cast<double>(depths.size()) - 1.0);
+            const double step = (*farthest - *nearest) / steps + 1e-5 * *farthest;
             for (std::size_t k = 1; k < depths.size(); ++k) {
                 REQUIRE(depths[k] <= depths[k - 1] + step);
                 mixed += reader.shown()[k].reference != reader.shown()[k - 1].reference ? 1U : 0U;
@@ -953,7 +955,7 @@ TEST_CASE("a dolly makes the plans that it always made") {
             triangles += technique.statistics().triangles;
         }
     }
-    CHECK(cubes == 390828);
-    CHECK(triangles == 437427);
-    CHECK(all == 0x54794611ce21beddU);
+    CHECK(cubes == 197688);
+    CHECK(triangles == 147488);
+    CHECK(all == 0x4d3ac3980689351dU);
 }

@@ -111,7 +111,7 @@ struct ColorCubeOptions {
 /// A 64-bit digest of all that the model of a `Scene` depends on: with it a stored model tells
 /// whether it is still the one that would be built.
 [[nodiscard]] std::uint64_t digest(
-    const Scene& scene, const ColorCubeOptions& options, std::uint32_t min_shared = 1024
+    const Scene& scene, const ColorCubeOptions& options, std::uint32_t min_shared = 256
 ) noexcept;
 
 } // namespace farfield
