@@ -122,6 +122,7 @@ void add_cube_options(CLI::App& app, RunOptions& options) {
         app, "--cube-colors", model.build.colors, cube_color_names(), "where colours come from"
     );
     app.add_option("--cube-rays", model.build.rays, "rays a side of a face");
+    app.add_option("--cube-shared-rays", model.build.shared_rays, "rays that leaves share");
     app.add_option("--cube-cost", model.build.cube_cost, "of drawing a cube [triangles]");
     app.add_option(
         "--min-shared", model.min_shared, "least triangles of a mesh that has its own octree"

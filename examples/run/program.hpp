@@ -26,7 +26,8 @@ void add_partition_options(CLI::App& app, WorldOptions& options);
 void add_axis_options(CLI::App& app, RunOptions& options);
 
 /// Adds the options that say how colour cubes are built and drawn: --cell-px, --cube-drawing,
-/// --cube-sheets, --always-cubes, --cube-colors, --cube-rays, --cube-cost, --min-shared, --cubes.
+/// --cube-sheets, --always-cubes, --cube-colors, --cube-rays, --cube-shared-rays, --cube-cost,
+/// --min-shared, --cubes.
 void add_cube_options(CLI::App& app, RunOptions& options);
 
 /// Adds an option that takes one of the named values. CLI11 itself would print the values beside

@@ -80,6 +80,9 @@ Result<void> check(const ColorCubeOptions& options) {
     if (options.colors > CubeColors::composed) {
         return outside("colors", static_cast<unsigned>(options.colors), "sampled or composed");
     }
+    if (options.shared_rays > 1'000'000'000) {
+        return outside("shared_rays", options.shared_rays, "[0, 1e9]");
+    }
     if (options.max_light_sets < 1 || options.max_light_sets > 64) {
         return outside("max_light_sets", options.max_light_sets, "[1, 64]");
     }
@@ -439,6 +442,12 @@ Result<void> Builder::add_scene(const Box3f& world) {
         };
     }
     set_cube(tree, bounds);
+    // What is lower than wide, as woods and fields are, stands in one layer of cells: a plane
+    // through the middle would have cells below it without a reference of their own, in which what
+    // reaches down into them would be lost.
+    const float beside =
+        0.25F * (tree.edge - std::max({extent(bounds).x, extent(bounds).y, extent(bounds).z}));
+    tree.lo = glm::max(tree.lo, bounds.lo - beside);
     if (Result<void> fits = check_cube(tree); !fits) {
         return fits;
     }

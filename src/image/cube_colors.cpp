@@ -39,14 +39,16 @@ class CellSampler {
         ItemId item,
         std::span<const glm::vec3> lights,
         float ambient,
-        std::uint32_t rays_a_side
+        std::span<const std::uint32_t> rays_a_side
     )
-        : sampler_(&sampler), item_(item), lights_(lights), ambient_(ambient), side_(rays_a_side),
-          rays_(std::size_t{6} * rays_a_side * rays_a_side), hits_(rays_.size()),
-          oblique_(kDirections * kOblique), oblique_hits_(oblique_.size()) {}
+        : sampler_(&sampler), item_(item), lights_(lights), ambient_(ambient),
+          rays_a_side_(rays_a_side) {}
 
     /// @param cubes those of the cell, a set after the other, `stride` apart
     void sample(std::uint32_t cell, const Box3f& box, ColorCube* cubes, std::size_t stride) {
+        side_ = rays_a_side_[cell];
+        rays_.resize(std::size_t{6} * side_ * side_);
+        hits_.resize(rays_.size());
         // A little longer than the box, so that surfaces in its faces are met.
         constexpr float kBeyond = 1e-3F;
         const glm::vec3 size = extent(box);
@@ -106,8 +108,7 @@ class CellSampler {
     [[nodiscard]] CubeGain gain(std::uint32_t cell, const Box3f& box, const ColorCube& cube);
 
   private:
-    /// Directions that are tried for every cell, and rays along each. The number of both together
-    /// is what the gain's noise depends on.
+    /// Directions that are tried for every cell, and rays along each where faces have 4 x 4.
     static constexpr std::size_t kDirections = 8;
     static constexpr std::size_t kOblique = 6;
 
@@ -117,14 +118,16 @@ class CellSampler {
     ItemId item_;
     std::span<const glm::vec3> lights_;
     float ambient_;
-    std::uint32_t side_;
+    std::span<const std::uint32_t> rays_a_side_; ///< by cell
+    std::uint32_t side_ = 0;
     std::vector<SurfaceRay> rays_;
     std::vector<SurfaceHit> hits_;
     std::vector<SurfaceRay> oblique_;
     std::vector<SurfaceHit> oblique_hits_;
 };
 
-/// Whether all that the rays have met lies about one plane.
+/// Whether all that the rays have met lies about one plane, and hides what is behind it: a carpet
+/// of grass lies about a plane as well.
 bool CellSampler::is_sheet_seen() const noexcept {
     // Distance from the plane over the extent in it, root mean squares: of a surface that bends by
     // 30 degrees across the cell it is 0.04, of points anywhere in a cube 0.7.
@@ -178,13 +181,45 @@ bool CellSampler::is_sheet_seen() const noexcept {
         std::acos(std::clamp(determinant / (2.0F * spread * spread * spread), -1.0F, 1.0F)) / 3.0F;
     const float least =
         mean + 2.0F * spread * std::cos(angle + 2.0F * std::numbers::pi_v<float> / 3.0F);
-    return least <= kFlat * kFlat * (trace - least);
+    if (least > kFlat * kFlat * (trace - least)) {
+        return false;
+    }
+    // The normal is at right angles to all rows of the covariance less the eigenvalue.
+    const std::array<glm::vec3, 3> rows = {
+        glm::vec3(xx - least, xy, zx),
+        glm::vec3(xy, yy - least, yz),
+        glm::vec3(zx, yz, zz - least)};
+    glm::vec3 normal(0.0F);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const glm::vec3 candidate = glm::cross(rows[i], rows[(i + 1) % 3]);
+        normal = glm::dot(candidate, candidate) > glm::dot(normal, normal) ? candidate : normal;
+    }
+    std::size_t crossing = 0;
+    std::size_t stopped = 0;
+    const auto count = [&](const std::vector<SurfaceRay>& rays,
+                           const std::vector<SurfaceHit>& hits) {
+        for (std::size_t i = 0; i < hits.size(); ++i) {
+            const float begin = glm::dot(rays[i].from - around - middle, normal);
+            const float way = glm::dot(rays[i].along, normal);
+            if ((begin < 0.0F) != (begin + way < 0.0F)) {
+                ++crossing;
+                stopped += hits[i].t <= 1.0F ? 1 : 0;
+            }
+        }
+    };
+    count(rays_, hits_);
+    count(oblique_, oblique_hits_);
+    constexpr float kOpaque = 0.9F;
+    return static_cast<float>(stopped) >= kOpaque * static_cast<float>(crossing);
 }
 
 CubeGain CellSampler::gain(std::uint32_t cell, const Box3f& box, const ColorCube& cube) {
     const glm::vec3 size = extent(box);
     const glm::vec3 areas(size.y * size.z, size.z * size.x, size.x * size.y);
     constexpr float kBeyond = 1e-3F;
+    const std::size_t each = kOblique * std::max(side_ * side_ / 16U, 1U);
+    oblique_.resize(kDirections * each);
+    oblique_hits_.resize(oblique_.size());
     std::array<glm::vec3, kDirections> directions{};
     std::array<float, kDirections> silhouettes{};
     std::uint32_t seed = (cell + 1U) * 0x9E3779B9U;
@@ -198,7 +233,7 @@ CubeGain CellSampler::gain(std::uint32_t cell, const Box3f& box, const ColorCube
         directions[i] = direction;
         const glm::vec3 seen = glm::abs(direction) * areas;
         silhouettes[i] = seen.x + seen.y + seen.z;
-        for (std::size_t k = 0; k < kOblique; ++k) {
+        for (std::size_t k = 0; k < each; ++k) {
             // Uniform over the silhouette: first the face, then the point on it.
             float choice = jitter(seed++) * silhouettes[i];
             int axis = 0;
@@ -215,7 +250,7 @@ CubeGain CellSampler::gain(std::uint32_t cell, const Box3f& box, const ColorCube
                 length = std::min(length, way / std::max(std::abs(direction[a]), 1e-12F));
             }
             const float beyond = std::max({size.x, size.y, size.z}) * kBeyond;
-            oblique_[i * kOblique + k] = {
+            oblique_[i * each + k] = {
                 from - direction * beyond, direction * (length + 2.0F * beyond)};
         }
     }
@@ -227,8 +262,9 @@ CubeGain CellSampler::gain(std::uint32_t cell, const Box3f& box, const ColorCube
     );
     float covered = 0.0F;
     for (std::size_t i = 0; i < oblique_.size(); ++i) {
-        covered += oblique_hits_[i].t <= 1.0F ? silhouettes[i / kOblique] / float{kOblique} : 0.0F;
+        covered += oblique_hits_[i].t <= 1.0F ? silhouettes[i / each] : 0.0F;
     }
+    covered /= static_cast<float>(each);
     const auto expected = [&](float with) {
         float sum = 0.0F;
         for (std::size_t i = 0; i < kDirections; ++i) {
@@ -269,6 +305,31 @@ void compose_interiors(ColorCubeTree& tree) {
     }
 }
 
+/// Rays a side of the faces of every cell. What a cell covers is known as well as the square root
+/// of its rays, and there are the fewer cells the more they stand for: those of a small tree, which
+/// may be shown in many places, and those of upper levels get more of them.
+std::vector<std::uint32_t> rays_of(const ColorCubeTree& tree, const ColorCubeOptions& options) {
+    if (options.shared_rays == 0) {
+        return std::vector<std::uint32_t>(tree.cells.size(), options.rays);
+    }
+    constexpr float kMost = 64.0F;
+    const double share = options.shared_rays / static_cast<double>(tree.cells.size());
+    const auto base = static_cast<float>(std::max<double>(options.rays, std::sqrt(share)));
+    std::vector<std::uint32_t> rays(tree.cells.size());
+    std::vector<std::uint8_t> heights(tree.cells.size(), 0);
+    for (std::size_t i = tree.cells.size(); i-- > 0;) {
+        const CubeCell& cell = tree.cells[i];
+        for (std::uint32_t k = 0; cell.octants != 0 && k < child_count(cell); ++k) {
+            heights[i] =
+                std::max(heights[i], static_cast<std::uint8_t>(heights[cell.first + k] + 1));
+        }
+        // Four times fewer cells with twice as many rays: upper levels cost half of what is below.
+        const float side = base * std::exp2(0.5F * static_cast<float>(heights[i]));
+        rays[i] = static_cast<std::uint32_t>(std::lround(std::min(side, std::max(kMost, base))));
+    }
+    return rays;
+}
+
 /// A cell is a part of a surface where the cell around it is one as well: a single leaf faces one
 /// way, the leaves around it do not.
 void keep_surfaces(ColorCubeTree& tree) {
@@ -300,8 +361,9 @@ void color_cells(
     tree.cubes.assign(cells * lights.size(), {});
     const bool composed_interiors = options.colors == CubeColors::composed;
     tree.gains.assign(composed_interiors ? 0 : cells, {});
+    const std::vector<std::uint32_t> rays_a_side = rays_of(tree, options);
     executor.run((cells + kCellsAtOnce - 1) / kCellsAtOnce, [&](std::size_t chunk) {
-        CellSampler cell_sampler(sampler, item, lights, ambient, options.rays);
+        CellSampler cell_sampler(sampler, item, lights, ambient, rays_a_side);
         const std::size_t end = std::min(cells, (chunk + 1) * kCellsAtOnce);
         for (std::size_t i = chunk * kCellsAtOnce; i < end; ++i) {
             if (tree.cells[i].octants == 0 || !composed_interiors) {

@@ -168,6 +168,7 @@ digest(const Scene& scene, const ColorCubeOptions& options, std::uint32_t min_sh
     digest.add(options.max_depth);
     digest.add(options.max_copies);
     digest.add(options.rays);
+    digest.add(options.shared_rays);
     digest.add(options.colors);
     digest.add(options.max_light_sets);
     digest.add(min_shared);

@@ -66,7 +66,12 @@ struct ColorCubeOptions {
     /// A cell is not divided where its contents would be in more cells than this for every triangle
     /// that they cost: bounds the memory of heaps of large primitives. [1, 1024]
     std::uint32_t max_copies = 8;
-    std::uint32_t rays = 4; ///< a side of the grid that samples a face, [1, 64]
+    /// A side of the grid that samples a face, at least. [1, 64]
+    std::uint32_t rays = 4;
+    /// Rays of each direction that all leaves of a tree share where that is more: a small tree may be
+    /// shown in many places. Twice as many a cell on each level above, up to 64 a side. 0: every
+    /// cell has `rays`. [0, 1e9]
+    std::uint32_t shared_rays = 330'000;
     CubeColors colors = CubeColors::sampled;
     /// Most sets of colours of one prototype: turned items see the light from elsewhere. [1, 64]
     std::uint32_t max_light_sets = 8;
@@ -78,8 +83,8 @@ struct ColorCubeOptions {
 /// cubes of the children that it would get. What reaches into m cells counts 1/m in each; triangles
 /// are tested exactly against cells, not their boxes.
 ///
-/// The colour of a face of a leaf is the mean of `rays`^2 parallel rays through the cell, one in
-/// each square of a grid. Light is as of `DirectionalLight`.
+/// The colour of a face is the mean of `rays`^2 parallel rays or more through the cell, one in each
+/// square of a grid. Light is as of `DirectionalLight`.
 ///
 /// @return a model that passes `validate`; errors name the object, prototype, placement or option
 /// and its value: no objects, boxes that are not finite, placements that are not similarities
