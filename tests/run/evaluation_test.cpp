@@ -328,7 +328,7 @@ TEST_CASE("what there is none of is refused with what there is", "[evaluation]")
     CHECK(
         message_of(plan_with("", R"(, "technique": "magic")")) ==
         "plan.json: walks[0].runs[0]: technique \"magic\" does not exist, expected one of "
-        "geometry, mesh-lod, image-cache"
+        "geometry, mesh-lod, image-cache, color-cubes"
     );
     CHECK(
         message_of(plan_with("", R"(, "preset": "")")) ==
