@@ -81,7 +81,7 @@ inline void show_cells(benchmark::State& state, Backend& backend) {
         state.SkipWithError(target.error().message.c_str());
         return;
     }
-    for (auto _ : state) {
+    for ([[maybe_unused]] auto _ : state) {
         if (const auto executed = backend.execute(plan, *target, {}); !executed) {
             state.SkipWithError(executed.error().message.c_str());
             break;

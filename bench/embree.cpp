@@ -81,7 +81,7 @@ View shore_view() {
 void run(
     benchmark::State& state, Backend& backend, const FramePlan& plan, TargetId target, double pixels
 ) {
-    for (auto _ : state) {
+    for ([[maybe_unused]] auto _ : state) {
         if (const auto executed = backend.execute(plan, target, {}); !executed) {
             state.SkipWithError(executed.error().message.c_str());
             break;
@@ -296,7 +296,7 @@ void color_cells(benchmark::State& state) {
     const auto rays = static_cast<std::uint32_t>(state.range(0));
     SerialExecutor executor;
     std::size_t cells = 0;
-    for (auto _ : state) {
+    for ([[maybe_unused]] auto _ : state) {
         const auto model = build_color_cubes(scene, **sampler, {.rays = rays}, executor, 100);
         if (!model) {
             state.SkipWithError(model.error().message.c_str());

@@ -80,7 +80,7 @@ double ms_since(std::chrono::steady_clock::time_point start) {
 class Stage {
   public:
     static Result<std::unique_ptr<Stage>>
-    create(const Options& options, run::WorldOptions world_options) {
+    create(const Options& options, const run::WorldOptions& world_options) {
         std::unique_ptr<Stage> stage(new Stage);
         auto world = run::load_world(world_options);
         if (!world) {
@@ -930,6 +930,7 @@ Result<void> run_program(CLI::App& app, const std::function<void()>& parse) {
     }};
     Options options;
     std::vector<std::string> names;
+    names.reserve(kExperiments.size());
     for (const Experiment& experiment : kExperiments) {
         names.emplace_back(experiment.name);
     }

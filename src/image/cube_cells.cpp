@@ -195,9 +195,11 @@ class Divider {
         for (const Entry& entry : entries) {
             const double full = cost(entry.number);
             whole += full;
-            // What a reference shows is no smaller in a smaller cell.
+            // What a reference shows is no smaller in a smaller cell; and between cells that are
+            // smaller than what stands side by side there would be some without a middle, which are
+            // not there.
             const bool divisible = entry.number >= contents_->references.size() ||
-                                   contents_->reference_sizes[entry.number] < place.edge;
+                                   contents_->reference_sizes[entry.number] <= 0.5F * place.edge;
             borne += divisible ? full * entry.share : 0.0;
         }
         if (place.depth >= options_->max_depth || borne <= options_->cube_cost) {

@@ -92,7 +92,7 @@ class CellSampler {
                 const float scale = 255.0F / static_cast<float>(each);
                 const float alpha = static_cast<float>(met) * scale;
                 // Premultiplied, so no colour may exceed the alpha that it is rounded with.
-                const auto most = static_cast<std::uint8_t>(alpha + 0.5F);
+                const auto most = static_cast<std::uint8_t>(std::lround(alpha));
                 const glm::vec3 color = glm::clamp(sum * scale + 0.5F, 0.0F, 255.0F);
                 cubes[set * stride].faces[face] = glm::u8vec4(
                     std::min(static_cast<std::uint8_t>(color.r), most),

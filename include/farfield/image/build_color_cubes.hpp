@@ -68,8 +68,8 @@ struct ColorCubeOptions {
     std::uint32_t max_copies = 8;
     /// A side of the grid that samples a face, at least. [1, 64]
     std::uint32_t rays = 4;
-    /// Rays of each direction that all leaves of a tree share where that is more: a small tree may be
-    /// shown in many places. Twice as many a cell on each level above, up to 64 a side. 0: every
+    /// Rays of each direction that all leaves of a tree share where that is more: a small tree may
+    /// be shown in many places. Twice as many a cell on each level above, up to 64 a side. 0: every
     /// cell has `rays`. [0, 1e9]
     std::uint32_t shared_rays = 330'000;
     CubeColors colors = CubeColors::sampled;

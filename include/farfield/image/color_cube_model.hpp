@@ -119,11 +119,11 @@ struct ColorCubeModel {
 [[nodiscard]] std::uint64_t memory_bytes(const ColorCubeModel& model) noexcept;
 
 /// Checks all that a technique relies on: links, children after parents, each cell in one place,
-/// at most 20 levels below a root; numbers that exist, lists that end, each entry of the contents in
-/// one of them, each number in a leaf, in none twice, references in one alone; groups of primitives
-/// without gaps, one without an item in trees that are referred to; each item of the scene in one
-/// place of the model; extents, finite boxes and transforms, proper rotations, colours no larger
-/// than their alpha, sizes of arrays, `quality`. For models from files and engines.
+/// at most 20 levels below a root; numbers that exist, lists that end, each entry of the contents
+/// in one of them, each number in a leaf, in none twice, references in one alone; groups of
+/// primitives without gaps, one without an item in trees that are referred to; each item of the
+/// scene in one place of the model; extents, finite boxes and transforms, proper rotations, colours
+/// no larger than their alpha, sizes of arrays, `quality`. For models from files and engines.
 /// @return an error that names the tree, the cell or reference, the field and the value
 /// @par Cost linear in time and memory, both bounded by the arrays and not by what they announce
 [[nodiscard]] Result<void> validate(const ColorCubeModel& model);
