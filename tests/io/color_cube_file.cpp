@@ -89,8 +89,8 @@ TEST_CASE("A model is read as it was written, and the same model gives the same 
     CHECK(content.substr(0, start.size()) == start);
     // Model, references; nine numbers of four bytes and six of eight for each tree, and its arrays.
     CHECK(
-        content.size() ==
-        40 + 2 * 64 + std::size_t{2} * std::size_t{9 * 4 + 48} + memory_bytes(model) - 2 * 64
+        content.size() == 40 + 2 * 64 + std::size_t{2} * std::size_t{9U * 4U + 48U} +
+                              memory_bytes(model) - std::size_t{2} * 64
     );
     CHECK(
         std::distance(
