@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -462,27 +461,13 @@ Result<void> Builder::add_scene(const Box3f& world) {
 }
 
 void Builder::measure_overhang(ColorCubeTree& tree) const {
-    struct Visit {
-        std::uint32_t cell = 0;
-        glm::vec3 lo{0.0F};
-        float edge = 0.0F;
-    };
-    std::vector<Visit> open = {{0, tree.lo, tree.edge}};
-    while (!open.empty()) {
-        const Visit visit = open.back();
-        open.pop_back();
-        const CubeCell& cell = tree.cells[visit.cell];
-        if (cell.octants != 0) {
-            std::uint32_t child = cell.first;
-            const float half = visit.edge * 0.5F;
-            for (unsigned rest = cell.octants; rest != 0; rest &= rest - 1) {
-                const auto octant = static_cast<unsigned>(std::countr_zero(rest));
-                const glm::vec3 upper(octant & 1U, octant >> 1U & 1U, octant >> 2U);
-                open.push_back({child++, visit.lo + upper * half, half});
-            }
+    const std::vector<image::CellPlace> places = image::places_of(tree);
+    for (std::size_t cell = 0; cell < tree.cells.size(); ++cell) {
+        if (tree.cells[cell].octants != 0) {
             continue;
         }
-        for (std::size_t i = cell.first;; ++i) {
+        const image::CellPlace& place = places[cell];
+        for (std::size_t i = tree.cells[cell].first;; ++i) {
             const std::uint32_t number = tree.contents[i] & ~ColorCubeTree::kLast;
             if (number < tree.reference_count) {
                 const CubeReference& reference = model_.references[number];
@@ -498,8 +483,8 @@ void Builder::measure_overhang(ColorCubeTree& tree) const {
                     reach[axis] *= of.edge * 0.5F * reference.scale;
                     tree.overhang = std::max(
                         {tree.overhang,
-                         visit.lo[axis] - (middle[axis] - reach[axis]),
-                         middle[axis] + reach[axis] - (visit.lo[axis] + visit.edge)}
+                         place.lo[axis] - (middle[axis] - reach[axis]),
+                         middle[axis] + reach[axis] - (place.lo[axis] + place.edge)}
                     );
                 }
             }

@@ -130,7 +130,7 @@ class CellSampler {
 /// of grass lies about a plane as well.
 bool CellSampler::is_sheet_seen() const noexcept {
     // Distance from the plane over the extent in it, root mean squares: of a surface that bends by
-    // 30 degrees across the cell it is 0.04, of points anywhere in a cube 0.7.
+    // 30 degrees across the cell it is 0.05, of points anywhere in a cube 0.7.
     constexpr float kFlat = 0.1F;
     constexpr std::size_t kFewest = 8;
     glm::vec3 middle(0.0F);

@@ -63,8 +63,9 @@ struct ColorCubeOptions {
     /// no more than the cubes of the children that they would get. (0, 1e6]
     double cube_cost = 3.25;
     std::uint32_t max_depth = 16; ///< levels below the root, [0, 20]
-    /// A cell is not divided where its contents would be in more cells than this for every triangle
-    /// that they cost: bounds the memory of heaps of large primitives. [1, 1024]
+    /// A cell is not divided where its contents would be in more cells than about this for every
+    /// triangle that they cost, taking those of each to be alike: bounds the memory of heaps of
+    /// large primitives. [1, 1024]
     std::uint32_t max_copies = 8;
     /// A side of the grid that samples a face, at least. [1, 64]
     std::uint32_t rays = 4;
@@ -88,7 +89,7 @@ struct ColorCubeOptions {
 ///
 /// @return a model that passes `validate`; errors name the object, prototype, placement or option
 /// and its value: no objects, boxes that are not finite, placements that are not similarities
-/// @par Cost O(n log n) for n primitives and their copies; some 2 microseconds a cell for rays
+/// @par Cost O(n log n) for n primitives and their copies; about a quarter of a microsecond a ray
 /// @par Source Chamberlain et al. 1996, section 4. Departures: overlap is exact, rays take the
 /// place of small pictures, primitives share by leaf.
 /// @param sampler its origin becomes that of the model

@@ -28,7 +28,8 @@ enum class CubeDrawing : std::uint8_t {
 enum class CubeSheets : std::uint8_t {
     /// Like all others: where cells of one surface share a pixel, what is behind it shines through.
     blended,
-    /// Opaque, and as large as what they cover: a surface hides what is behind it. With splats.
+    /// Opaque, and a little larger than what they cover, so that neighbours meet: a surface hides
+    /// what is behind it. With splats; faces are blended.
     opaque,
 };
 
