@@ -325,7 +325,7 @@ std::vector<std::uint32_t> rays_of(const ColorCubeTree& tree, const ColorCubeOpt
         }
         // Four times fewer cells with twice as many rays: upper levels cost half of what is below.
         const float side = base * std::exp2(0.5F * static_cast<float>(heights[i]));
-        rays[i] = static_cast<std::uint32_t>(std::lround(std::min(side, std::max(kMost, base))));
+        rays[i] = static_cast<std::uint32_t>(std::lround(std::min(side, kMost)));
     }
     return rays;
 }

@@ -5,6 +5,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -15,6 +16,7 @@
 #include <numbers>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -840,6 +842,87 @@ TEST_CASE("Options are refused outside their ranges") {
     check_refused(input, "colors is 2", {.colors = static_cast<CubeColors>(2)});
     check_refused(input, "max_light_sets is 0, expected [1, 64]", {.max_light_sets = 0});
     check_refused(input, "max_light_sets is 65", {.max_light_sets = 65});
+    check_refused(
+        input, "shared_rays is 1000000001, expected [0, 1e9]", {.shared_rays = 1'000'000'001}
+    );
+}
+
+TEST_CASE("Cells of a surface are sheets, those of a carpet of tiles are not") {
+    // A square of 100 m in triangles of 3 m, in no plane that halves a cell.
+    TriangleSoup soup;
+    constexpr int kSide = 32;
+    constexpr double kStep = 100.0 / kSide;
+    for (int i = 0; i < kSide * kSide; ++i) {
+        const glm::dvec3 lo(i % kSide * kStep - 50.0, 0.3, i / kSide * kStep - 50.0);
+        const glm::dvec3 x(kStep, 0.0, 0.0);
+        const glm::dvec3 z(0.0, 0.0, kStep);
+        soup.triangles.push_back({lo, lo + x, lo + z});
+        soup.triangles.push_back({lo + x, lo + z, lo + x + z});
+    }
+    ShapeSampler surface;
+    surface.add_box({{-50.0F, 0.3F, -50.0F}, {50.0F, 0.3F, 50.0F}}, glm::vec3(0.5F));
+    // Every other square metre.
+    ShapeSampler carpet;
+    for (int i = 0; i < 100 * 50; ++i) {
+        const int row = i / 50;
+        const auto left = static_cast<float>(i % 50 * 2 + row % 2 - 50);
+        const auto front = static_cast<float>(row - 50);
+        carpet.add_box({{left, 0.3F, front}, {left + 1.0F, 0.3F, front + 1.0F}}, glm::vec3(0.5F));
+    }
+    const auto sheets = [&](const SurfaceSampler& sampler) {
+        const ColorCubeModel model = build(soup.input(), sampler, {.max_depth = 4, .rays = 8});
+        const std::vector<CubeGain>& gains = model.trees[0].gains;
+        REQUIRE(gains.size() > 100);
+        return std::pair(std::count_if(gains.begin(), gains.end(), is_sheet), gains.size());
+    };
+    const auto [of_surface, cells] = sheets(surface);
+    CHECK(static_cast<std::size_t>(of_surface) == cells);
+    const auto [of_carpet, same_cells] = sheets(carpet);
+    CHECK(same_cells == cells);
+    CHECK(of_carpet == 0);
+}
+
+TEST_CASE("Small trees and upper cells have more rays") {
+    /// Counts what is cast.
+    class CountingSampler final : public SurfaceSampler {
+      public:
+        [[nodiscard]] glm::dvec3 origin() const noexcept override { return glm::dvec3(0.0); }
+        void cast(
+            ItemId /*item*/,
+            std::span<const SurfaceRay> rays,
+            float /*spacing*/,
+            std::span<SurfaceHit> hits
+        ) const noexcept override {
+            std::fill(hits.begin(), hits.end(), SurfaceHit{});
+            most = std::max(most, rays.size());
+            all += rays.size();
+        }
+        mutable std::size_t most = 0;
+        mutable std::size_t all = 0;
+    };
+    const auto cast_with = [](std::uint32_t shared_rays, std::size_t triangles) {
+        TriangleSoup soup = random_soup(triangles, 3.0, 5);
+        CountingSampler sampler;
+        SerialExecutor executor;
+        const auto model = build_color_cubes(
+            soup.input(), sampler, {.rays = 4, .shared_rays = shared_rays}, executor
+        );
+        REQUIRE(model.has_value());
+        return std::tuple(sampler.most, sampler.all, model->trees[0].cells.size());
+    };
+    // Six faces of 4 x 4 and eight directions of six.
+    const auto [most, all, cells] = cast_with(0, 200);
+    CHECK(most == 96);
+    CHECK(all == cells * (96 + 48));
+    const auto [shared_most, shared_all, same_cells] = cast_with(20'000, 200);
+    CHECK(same_cells == cells);
+    CHECK(shared_most > 96);
+    CHECK(shared_most <= std::size_t{6} * 64 * 64);
+    // What leaves share is of each of six directions; upper levels cost no more than half of what
+    // is below each, so twice that is all, and oblique rays are half as many again.
+    CHECK(shared_all > std::size_t{6} * 20'000);
+    // One cell that has all of them still has no more than 64 a side.
+    CHECK(std::get<0>(cast_with(1'000'000, 1)) == std::size_t{6} * 64 * 64);
 }
 
 TEST_CASE("A scene has its shared meshes as trees, its ground by triangles, the rest whole") {
