@@ -853,7 +853,8 @@ TEST_CASE("Cells of a surface are sheets, those of a carpet of tiles are not") {
     constexpr int kSide = 32;
     constexpr double kStep = 100.0 / kSide;
     for (int i = 0; i < kSide * kSide; ++i) {
-        const glm::dvec3 lo(i % kSide * kStep - 50.0, 0.3, i / kSide * kStep - 50.0);
+        const int row = i / kSide;
+        const glm::dvec3 lo(i % kSide * kStep - 50.0, 0.3, row * kStep - 50.0);
         const glm::dvec3 x(kStep, 0.0, 0.0);
         const glm::dvec3 z(0.0, 0.0, kStep);
         soup.triangles.push_back({lo, lo + x, lo + z});
