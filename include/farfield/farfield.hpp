@@ -21,6 +21,7 @@
 #include <farfield/image/color_cube_model.hpp>
 #include <farfield/image/picture.hpp>
 #include <farfield/image/position_picture.hpp>
+#include <farfield/image/proxy_pair.hpp>
 #include <farfield/image/region.hpp>
 #include <farfield/image/surface_sampler.hpp>
 #include <farfield/math/box3.hpp>
