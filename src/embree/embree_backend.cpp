@@ -466,6 +466,11 @@ EmbreeBackend::execute(const FramePlan& plan, TargetId target, const FrameClear&
     if (Result<void> valid = gpu::check_structure(plan); !valid) {
         return valid;
     }
+    for (const Command& command : plan.commands) {
+        if (command.kind == Command::Kind::projected) {
+            return fail(ErrorCode::unsupported, "Embree: projected geometry is not drawn yet");
+        }
+    }
     try {
         return impl_->run(plan, *frame, clear);
     } catch (const std::bad_alloc&) {

@@ -46,6 +46,7 @@ void clear(FramePlan& plan) noexcept {
     plan.cube_frames.clear();
     plan.selections.clear();
     plan.selected.clear();
+    plan.keyframes.clear();
 }
 
 namespace {
@@ -86,6 +87,25 @@ void add_cells(const FramePlan& plan, PlanDigest& digest) noexcept {
     digest.add(std::uint64_t{plan.selected.size()});
     for (const std::uint32_t primitive : plan.selected) {
         digest.add(primitive);
+    }
+}
+
+void add_keyframes(const FramePlan& plan, PlanDigest& digest) noexcept {
+    for (const Command& command : plan.commands) {
+        digest.add(command.first_keyframe);
+        digest.add(command.keyframe_count);
+        digest.add(command.whole_triangles);
+    }
+    digest.add(std::uint64_t{plan.keyframes.size()});
+    for (const Keyframe& keyframe : plan.keyframes) {
+        digest.add(keyframe.page);
+        digest.add(keyframe.source);
+        digest.add(keyframe.view);
+        digest.add(keyframe.copy_near);
+        digest.add(keyframe.copy_far);
+        digest.add(keyframe.offset_m);
+        digest.add(keyframe.max_shift_px);
+        digest.add(keyframe.node);
     }
 }
 
@@ -161,6 +181,9 @@ std::uint64_t digest(const FramePlan& plan) noexcept {
     const bool cells = !plan.splats.empty() || !plan.cubes.empty() || !plan.selections.empty();
     if (cells) {
         add_cells(plan, digest);
+    }
+    if (!plan.keyframes.empty()) {
+        add_keyframes(plan, digest);
     }
     return digest.value();
 }

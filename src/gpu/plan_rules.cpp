@@ -58,6 +58,8 @@ const char* kind_name(Command::Kind kind) noexcept {
     case Command::Kind::geometry:
     case Command::Kind::mask:
         return "geometry";
+    case Command::Kind::projected:
+        return "projected geometry";
     case Command::Kind::images:
     case Command::Kind::image_depths:
         return "images";
@@ -97,6 +99,16 @@ Result<void> check_command(const FramePlan& plan, std::size_t pass, std::uint32_
             return refused(std::string(name) + " with clip box " + std::to_string(command.clip));
         }
     }
+    if (command.kind != Command::Kind::projected) {
+        if (command.keyframe_count != 0) {
+            return refused(
+                std::string(name) + " with " + std::to_string(command.keyframe_count) + " keyframes"
+            );
+        }
+        if (command.whole_triangles) {
+            return refused(std::string(name) + " that shows keyframes on whole triangles");
+        }
+    }
     if (!draws_images(command) && command.depth != QuadDepth::none) {
         return refused(std::string(name) + " with " + depth_name() + " of images");
     }
@@ -122,6 +134,14 @@ Result<void> check_command(const FramePlan& plan, std::size_t pass, std::uint32_
         return within("splats", command.first, command.count, plan.splats.size());
     case Command::Kind::cubes:
         return within("cubes", command.first, command.count, plan.cubes.size());
+    case Command::Kind::projected:
+        if (command.keyframe_count == 0 || command.keyframe_count > kMostKeyframes) {
+            return refused(
+                std::string(name) + " with " + std::to_string(command.keyframe_count) +
+                " keyframes, expected 1 to " + std::to_string(kMostKeyframes)
+            );
+        }
+        break;
     case Command::Kind::geometry:
     case Command::Kind::mask:
         break;
@@ -138,7 +158,42 @@ Result<void> check_command(const FramePlan& plan, std::size_t pass, std::uint32_
     if (valid && command.clip != Command::kNoClip) {
         valid = within("clip box", command.clip, 1, plan.clips.size());
     }
+    if (valid) {
+        valid = within(
+            "keyframes", command.first_keyframe, command.keyframe_count, plan.keyframes.size()
+        );
+    }
     return valid;
+}
+
+/// No pass of the batch copies to a page that a command of this one projects.
+Result<void> check_finished(const FramePlan& plan, std::size_t pass, std::uint32_t index) {
+    const Command& command = plan.commands[index];
+    const std::uint32_t batch = plan.passes[pass].batch;
+    const auto copies = [&](std::size_t other) {
+        const PageId page = plan.passes[other].copy_page;
+        for (std::uint32_t i = 0; page != kNone<PageId> && i < command.keyframe_count; ++i) {
+            if (plan.keyframes[command.first_keyframe + i].page == page) {
+                return true;
+            }
+        }
+        return false;
+    };
+    std::size_t first = pass;
+    while (first > 0 && plan.passes[first - 1].batch == batch) {
+        --first;
+    }
+    for (std::size_t other = first; other < plan.passes.size() && plan.passes[other].batch == batch;
+         ++other) {
+        if (copies(other)) {
+            return invalid(
+                pass_name(pass) + ", command " + std::to_string(index) + ": projects page " +
+                std::to_string(index_of(plan.passes[other].copy_page)) + ", which " +
+                pass_name(other) + " of the same batch copies to"
+            );
+        }
+    }
+    return {};
 }
 
 bool is_finite(const glm::vec3& v) noexcept {
@@ -232,6 +287,40 @@ Result<void> check_selections(const FramePlan& plan) {
     return {};
 }
 
+Result<void> check_keyframes(const FramePlan& plan) {
+    for (std::size_t i = 0; i < plan.keyframes.size(); ++i) {
+        const Keyframe& keyframe = plan.keyframes[i];
+        const auto refused = [&](const std::string& what) {
+            return invalid("keyframe " + std::to_string(i) + ": " + what);
+        };
+        if (Result<void> valid = validate(keyframe.view); !valid) {
+            return refused(valid.error().message);
+        }
+        const Region& source = keyframe.source;
+        if (!possible(source) || source.width != keyframe.view.width ||
+            source.height != keyframe.view.height) {
+            return refused(
+                "shows " + text(source) + " for a view of " + std::to_string(keyframe.view.width) +
+                " x " + std::to_string(keyframe.view.height)
+            );
+        }
+        const bool in_order = keyframe.copy_near >= 0.0F && keyframe.copy_near < keyframe.copy_far;
+        if (!in_order || !std::isfinite(keyframe.copy_far)) {
+            return refused(
+                "keeps depths of " + std::to_string(keyframe.copy_near) + " to " +
+                std::to_string(keyframe.copy_far) + " m"
+            );
+        }
+        if (!is_size(keyframe.offset_m)) {
+            return refused("is off by " + std::to_string(keyframe.offset_m) + " m");
+        }
+        if (!(keyframe.max_shift_px >= 0.0F)) {
+            return refused("may be shifted by " + std::to_string(keyframe.max_shift_px) + " px");
+        }
+    }
+    return {};
+}
+
 Result<void> check_pass(const FramePlan& plan, std::size_t index) {
     const Pass& pass = plan.passes[index];
     const bool frame = pass.page == kNone<PageId>;
@@ -297,8 +386,14 @@ Result<void> check_pass(const FramePlan& plan, std::size_t index) {
         );
     }
     for (std::uint32_t command = 0; command < pass.command_count; ++command) {
-        if (Result<void> valid = check_command(plan, index, pass.first_command + command); !valid) {
+        const std::uint32_t place = pass.first_command + command;
+        if (Result<void> valid = check_command(plan, index, place); !valid) {
             return valid;
+        }
+        if (plan.commands[place].kind == Command::Kind::projected) {
+            if (Result<void> valid = check_finished(plan, index, place); !valid) {
+                return valid;
+            }
         }
     }
     return {};
@@ -326,7 +421,10 @@ Result<void> check_structure(const FramePlan& plan) {
     if (Result<void> valid = check_splats(plan); !valid) {
         return valid;
     }
-    return check_cubes(plan);
+    if (Result<void> valid = check_cubes(plan); !valid) {
+        return valid;
+    }
+    return check_keyframes(plan);
 }
 
 Result<void> check_places(
@@ -401,6 +499,36 @@ Result<void> check_image_page(
     }
     if (plan.commands[command].depth == QuadDepth::texel && !page->depth) {
         return refused("which keeps no depth, with that of its texels");
+    }
+    return {};
+}
+
+Result<void> check_keyframe_page(
+    const FramePlan& plan,
+    std::size_t pass,
+    std::uint32_t command,
+    std::uint32_t keyframe,
+    const PageFacts* page
+) {
+    const auto refused = [&](const std::string& why) {
+        return invalid(
+            pass_name(pass) + ", command " + std::to_string(command) + ": keyframe " +
+            std::to_string(keyframe) + " shows page " +
+            std::to_string(index_of(plan.keyframes[keyframe].page)) + ", " + why
+        );
+    };
+    if (page == nullptr) {
+        return refused("which does not exist");
+    }
+    if (page->scratch) {
+        return refused("a scratch page");
+    }
+    if (!page->depth) {
+        return refused("which keeps no depth");
+    }
+    const Region& source = plan.keyframes[keyframe].source;
+    if (!contains(Region{0, 0, page->size, page->size}, source)) {
+        return refused(text(source) + " of " + std::to_string(page->size) + " texels a side");
     }
     return {};
 }

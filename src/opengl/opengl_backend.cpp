@@ -851,6 +851,11 @@ OpenGLBackend::execute(const FramePlan& plan, TargetId target, const FrameClear&
     if (Result<void> valid = gpu::check_structure(plan); !valid) {
         return valid;
     }
+    for (const Command& command : plan.commands) {
+        if (command.kind == Command::Kind::projected) {
+            return fail(ErrorCode::unsupported, "OpenGL: projected geometry is not drawn yet");
+        }
+    }
     const StateGuard guard;
     drop_old_errors();
     for (const PageUpdate& update : plan.pages) {

@@ -134,6 +134,28 @@ inline FramePlan plan_with_cells() {
     return plan;
 }
 
+/// Makes a keyframe of item 0, and projects it onto item 0, from where it was made.
+inline FramePlan plan_with_keyframe() {
+    FramePlan plan = plan_with_image();
+    plan.quads.clear();
+    plan.pages[1].depth = true;
+    plan.passes[0].copy_near = 0.5F;
+    plan.passes[0].copy_far = 50.0F;
+    Keyframe keyframe;
+    keyframe.page = kImagePage;
+    keyframe.source = plan.passes[0].copy;
+    keyframe.view = plan.passes[0].view;
+    keyframe.copy_near = plan.passes[0].copy_near;
+    keyframe.copy_far = plan.passes[0].copy_far;
+    keyframe.offset_m = 0.125F;
+    keyframe.max_shift_px = 2.0F;
+    plan.keyframes = {keyframe};
+    plan.commands[1] = plan.commands[0];
+    plan.commands[1].kind = Command::Kind::projected;
+    plan.commands[1].keyframe_count = 1;
+    return plan;
+}
+
 /// Shows the image that `plan_with_image` made.
 inline FramePlan plan_showing_image() {
     FramePlan plan;

@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace farfield {
@@ -101,6 +102,47 @@ struct Selection {
     std::uint32_t count = 0;
 };
 
+/// A picture of the scene with depth that can be projected onto other geometry, most often a
+/// coarser model of what it shows. `gpu/keyframe_lookup.hpp` has the formulas. It sees a fragment
+/// of that geometry where all of this holds:
+///
+/// - the fragment is before the eye of `view` and inside its window;
+/// - of the four texels that are filtered there, those of `source` that keep something (a depth
+///   less than 1) have at least half of the weight. The one of most weight is the fragment's texel,
+///   and its alpha is at least 0.5;
+/// - what the texel shows stands no farther from the fragment than `offset_m` says: else it is
+///   something that hides the fragment from the eye of `view`, or that stands behind it;
+/// - it is shifted by no more than `max_shift_px`.
+///
+/// The fragment then has the colour that is filtered over the four texels or, where not all of them
+/// pass the test of depth, that of its texel alone: a rim of what hides it is not seen. Either is
+/// divided by its alpha, since geometry is opaque.
+struct Keyframe {
+    PageId page = kNone<PageId>; ///< keeps depth
+    /// Texels of the page: what the copies of passes through `view` brought together. Several are
+    /// tiles: passes of one view with scissors side by side, copied side by side.
+    Region source;
+    View view; ///< of those passes; its window maps to `source`, one texel a pixel of the view
+    float copy_near = 0.0F; ///< [m] as `Pass::copy_near` and `copy_far` of those passes
+    float copy_far = 0.0F;  ///< [m]
+    /// How far the geometry that shows the picture is from what the picture shows, at most. Both
+    /// are taken for the same if they are no farther apart along the ray of the keyframe's eye than
+    /// `offset_m / max(|n.d|, 1/16)`, where n is the normal of the fragment's triangle and d the
+    /// direction of the ray, plus what one step of the kept depth and the slope of the triangle
+    /// over one texel make. [m] >= 0
+    float offset_m = 0.0F;
+    /// The point that the texel shows, which its depth and `view` tell, seen by the pass, may be no
+    /// farther from the fragment on the pass's target: the centre of its pixel or, from a backend
+    /// that shades every sample, the sample. So what is projected holds this bound whatever the
+    /// geometry is, grazing views and things that hide each other included. >= 0; infinite: not
+    /// tested. [px]
+    float max_shift_px = std::numeric_limits<float>::infinity();
+    std::uint32_t node = UINT32_MAX; ///< as `ImageQuad::node`
+};
+
+/// Keyframes that one command may try.
+inline constexpr std::uint32_t kMostKeyframes = 4;
+
 /// What to draw next within a pass, in order.
 struct Command {
     enum class Kind : std::uint8_t {
@@ -113,23 +155,35 @@ struct Command {
         image_depths,
         splats, ///< `Splat`s, blended (premultiplied over), depth tested, not written
         cubes,  ///< `ShownCube`s, likewise
+        /// As geometry, each fragment in the colour of the first of the command's keyframes that
+        /// sees it, and in its own if none does. What geometry cuts out stays cut out.
+        projected,
     };
     static constexpr std::uint32_t kNoClip = UINT32_MAX;
 
     Kind kind = Kind::geometry;
     std::uint32_t first = 0; ///< into `items`, `quads`, `splats` or `cubes`
     std::uint32_t count = 0;
-    std::uint32_t first_piece = 0; ///< into `pieces`; geometry and mask only
+    std::uint32_t first_piece = 0; ///< into `pieces`; geometry, mask and projected only
     std::uint32_t piece_count = 0;
     std::uint32_t clip = kNoClip;      ///< into `clips`: draw only what is inside that box
     QuadDepth depth = QuadDepth::none; ///< of images and image depths; none of all others
-    std::uint32_t first_selection = 0; ///< into `selections`; geometry and mask only
+    std::uint32_t first_selection = 0; ///< into `selections`; geometry, mask and projected only
     std::uint32_t selection_count = 0;
+    std::uint32_t first_keyframe = 0; ///< into `keyframes`; projected only
+    /// Of projected 1 to `kMostKeyframes`, tried in order; of all others 0.
+    std::uint32_t keyframe_count = 0;
+    /// Of projected: a triangle shows the first keyframe that sees all of its three corners, as
+    /// fragments there, and no other; a fragment where that has no texel of an alpha of at least
+    /// 0.5, and all of a triangle that none sees so, has its own colour. A corner that is not
+    /// before the eye of the pass is shifted too far, unless that is not tested.
+    bool whole_triangles = false;
 };
 
-/// True for commands whose `first` and `count` are of items: geometry and masks.
+/// True for commands whose `first` and `count` are of items: geometry, masks and projected.
 [[nodiscard]] constexpr bool draws_geometry(const Command& command) noexcept {
-    return command.kind == Command::Kind::geometry || command.kind == Command::Kind::mask;
+    return command.kind == Command::Kind::geometry || command.kind == Command::Kind::mask ||
+           command.kind == Command::Kind::projected;
 }
 
 /// True for commands whose `first` and `count` are of quads.
@@ -172,7 +226,7 @@ struct Pass {
 /// black and depth to far; the frame pass, the last, clears as the target says. A pass never
 /// samples the page it writes, and every image it samples was copied in an earlier batch or plan.
 /// All passes of a batch write one page. A pass's viewport has the size of its view and lies inside
-/// its target.
+/// its target. The page of a keyframe that a pass projects is copied to by no pass of its batch.
 struct FramePlan {
     /// Whose pages these are: plans of several caches may go to one backend, and page ids are per
     /// cache.
@@ -190,6 +244,7 @@ struct FramePlan {
     std::vector<glm::mat3> cube_frames; ///< rotations: columns are a cube's axes in the world
     std::vector<Selection> selections;
     std::vector<std::uint32_t> selected; ///< primitive numbers of `selections`
+    std::vector<Keyframe> keyframes;
 };
 
 /// Empties a plan and keeps its storage.

@@ -47,7 +47,8 @@ class GeometrySource {
         bool clip_planes = false; ///< honours `PassContext::clip`
         /// Honours `PassContext::positions`. Without it no disparity is measured, nothing else.
         bool position_output = false;
-        bool selection = false; ///< draws selections
+        bool selection = false;  ///< draws selections
+        bool projection = false; ///< honours `PassContext::keyframes`
     };
     [[nodiscard]] virtual Capabilities capabilities() const noexcept = 0;
 

@@ -14,17 +14,22 @@ namespace farfield::gpu {
 /// - batches ascend, the frame is a batch of its own, and the passes of a batch write one page;
 /// - a pass has a valid view of the size of its viewport, a scissor inside the viewport, and copies
 ///   as many texels as its scissor has, to another page;
-/// - commands lie within `commands`, and what they draw within the lists they name; only geometry
-///   and masks are clipped and have pieces and selections; depths of images are those of planes or
-///   texels, and everything else names none;
+/// - commands lie within `commands`, and what they draw within the lists they name; only geometry,
+///   masks and projected geometry are clipped and have pieces and selections; depths of images are
+///   those of planes or texels, and everything else names none;
+/// - projected geometry has 1 to `kMostKeyframes` keyframes, everything else has none, and no pass
+///   of its batch copies to their pages;
 /// - selections lie within `selected`;
 /// - places, sides and edges of splats and cubes are finite, sides and edges not negative, their
-///   colours premultiplied (no channel exceeds alpha), and the axes of a cube a frame of the plan.
+///   colours premultiplied (no channel exceeds alpha), and the axes of a cube a frame of the plan;
+/// - a keyframe has a valid view of the size of its source, depths in order, and an offset and a
+///   shift that are not negative; only the shift may be infinite.
 ///
 /// A backend that checks this, and what it looks up anyway, reads nothing out of range. The rest
 /// of the rules is checked by `NullBackend`.
 /// @return an error that names the pass, the command and the value
-/// @par Cost linear in passes, commands, selections, splats and cubes; allocates only for an error
+/// @par Cost linear in passes, commands, selections, splats, cubes and keyframes, and for every
+/// command of projected geometry in the passes of its batch; allocates only for an error
 [[nodiscard]] Result<void> check_structure(const FramePlan& plan);
 
 /// What a backend knows of a page that exists.
@@ -65,6 +70,20 @@ struct PageFacts {
     std::size_t pass,
     std::uint32_t command,
     std::uint32_t quad,
+    const PageFacts* page
+);
+
+/// Checks the page that a keyframe shows: it exists, is no scratch page, keeps depth, and the
+/// keyframe's source lies within it.
+/// @param pass, command, keyframe indices that the error names
+/// @param page what `Keyframe::page` of the keyframe is, or null
+/// @return an error that names the pass, the command, the keyframe and the page
+/// @par Cost constant; allocates only for an error
+[[nodiscard]] Result<void> check_keyframe_page(
+    const FramePlan& plan,
+    std::size_t pass,
+    std::uint32_t command,
+    std::uint32_t keyframe,
     const PageFacts* page
 );
 

@@ -115,6 +115,8 @@ struct NullBackend::Impl {
         const FramePlan& plan, std::size_t pass, std::uint32_t command, std::uint32_t selection
     );
     [[nodiscard]] Result<void>
+    check_keyframes(const FramePlan& plan, std::size_t pass, std::uint32_t command);
+    [[nodiscard]] Result<void>
     check_images(const FramePlan& plan, std::size_t pass, std::uint32_t command);
     [[nodiscard]] Result<void>
     check_disjoint(const FramePlan& plan, std::size_t first, std::size_t last);
@@ -269,6 +271,34 @@ NullBackend::Impl::check_geometry(const FramePlan& plan, std::size_t pass, std::
     return {};
 }
 
+Result<void>
+NullBackend::Impl::check_keyframes(const FramePlan& plan, std::size_t pass, std::uint32_t index) {
+    const Command& command = plan.commands[index];
+    for (std::uint32_t i = 0; i < command.keyframe_count; ++i) {
+        const std::uint32_t keyframe = command.first_keyframe + i;
+        const Region& source = plan.keyframes[keyframe].source;
+        const PageId id = plan.keyframes[keyframe].page;
+        const NullPage* page = find(plan.cache, id);
+        if (Result<void> valid = gpu::check_keyframe_page(plan, pass, index, keyframe, page);
+            !valid) {
+            return valid;
+        }
+        // What was copied is apart, so that the parts add up.
+        std::uint64_t made = 0;
+        for (const Region& image : page->images) {
+            made += area(intersect(image, source));
+        }
+        if (made != area(source)) {
+            return invalid(
+                "pass " + std::to_string(pass) + ", command " + std::to_string(index) +
+                ": keyframe " + std::to_string(keyframe) + " shows " + text(source) + " of " +
+                page_name(id) + ", of which only " + std::to_string(made) + " texels were made"
+            );
+        }
+    }
+    return {};
+}
+
 Result<void> NullBackend::Impl::check_images(
     const FramePlan& plan, std::size_t pass_index, std::uint32_t index
 ) {
@@ -343,6 +373,9 @@ NullBackend::Impl::check_pass(const FramePlan& plan, std::size_t index, const Nu
             valid = check_images(plan, index, command);
         } else if (draws_geometry(plan.commands[command])) {
             valid = check_geometry(plan, index, command);
+            if (valid) {
+                valid = check_keyframes(plan, index, command);
+            }
         }
         if (!valid) {
             return valid;

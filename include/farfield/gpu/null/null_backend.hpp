@@ -25,6 +25,7 @@ namespace farfield {
 /// - copies go to pages that are no scratch pages, and lie within them;
 /// - an image shows a region that was copied as a whole in an earlier batch or plan, and that no
 ///   later copy overwrote; the page was not made anew or dropped since;
+/// - a keyframe shows regions that were copied so, and nothing else;
 /// - images with `QuadDepth::none` stand at the near distance or behind it; those of the frame not
 ///   beyond the far distance; ratios of depths are in order;
 /// - items, pieces and the primitives of selections exist, and no selection names one twice;
