@@ -17,12 +17,15 @@
 #include <farfield/gpu/plan_work.hpp>
 #include <farfield/image/atlas.hpp>
 #include <farfield/image/build_color_cubes.hpp>
+#include <farfield/image/build_proxy.hpp>
 #include <farfield/image/color_cube.hpp>
 #include <farfield/image/color_cube_model.hpp>
+#include <farfield/image/height_grid.hpp>
 #include <farfield/image/picture.hpp>
 #include <farfield/image/position_picture.hpp>
 #include <farfield/image/proxy_pair.hpp>
 #include <farfield/image/region.hpp>
+#include <farfield/image/surface_finder.hpp>
 #include <farfield/image/surface_sampler.hpp>
 #include <farfield/math/box3.hpp>
 #include <farfield/math/frustum.hpp>
@@ -54,6 +57,7 @@
 #include <farfield/policy/lifespan.hpp>
 #include <farfield/policy/placement_benefit.hpp>
 #include <farfield/scene/scene.hpp>
+#include <farfield/scene/surface_points.hpp>
 #include <farfield/technique/color_cubes.hpp>
 #include <farfield/technique/culled_geometry.hpp>
 #include <farfield/technique/image_cache.hpp>

@@ -1,6 +1,7 @@
 #include "io/closest_point.hpp"
 #include <farfield/core/assert.hpp>
 #include <farfield/io/mesh_tools.hpp>
+#include <farfield/scene/surface_points.hpp>
 
 #include <glm/geometric.hpp>
 #include <meshoptimizer.h>
@@ -141,36 +142,9 @@ glm::dvec3 vertex_of(const Mesh& mesh, std::uint32_t index) {
     return mesh.origin + glm::dvec3(mesh.positions[index]);
 }
 
-/// Points at even steps of the area, at places in their triangles that follow an additive
-/// recurrence, which leaves no pattern and needs no random numbers.
-/// @par Source Roberts: The unreasonable effectiveness of quasirandom sequences, 2018
 void sample_triangles(const Mesh& mesh, std::uint32_t count, std::vector<glm::dvec3>& samples) {
-    constexpr double kStepU = 0.7548776662466927;
-    constexpr double kStepV = 0.5698402909980532;
-    std::vector<double> area_before{0.0};
-    for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
-        const glm::dvec3 a = vertex_of(mesh, mesh.indices[i]);
-        const glm::dvec3 b = vertex_of(mesh, mesh.indices[i + 1]);
-        const glm::dvec3 c = vertex_of(mesh, mesh.indices[i + 2]);
-        area_before.push_back(area_before.back() + glm::length(glm::cross(b - a, c - a)) / 2.0);
-    }
-    const double area = area_before.back();
-    std::size_t triangle = 0;
-    for (std::uint32_t i = 0; i < count && area > 0.0; ++i) {
-        const double at = (i + 0.5) / count * area;
-        while (area_before[triangle + 1] < at) {
-            ++triangle;
-        }
-        double u = std::fmod(0.5 + i * kStepU, 1.0);
-        double v = std::fmod(0.5 + i * kStepV, 1.0);
-        if (u + v > 1.0) {
-            u = 1.0 - u;
-            v = 1.0 - v;
-        }
-        const glm::dvec3 a = vertex_of(mesh, mesh.indices[3 * triangle]);
-        const glm::dvec3 b = vertex_of(mesh, mesh.indices[3 * triangle + 1]);
-        const glm::dvec3 c = vertex_of(mesh, mesh.indices[3 * triangle + 2]);
-        samples.push_back(a + u * (b - a) + v * (c - a));
+    for (const glm::vec3& point : points_of_surface(mesh, count)) {
+        samples.push_back(mesh.origin + glm::dvec3(point));
     }
 }
 
