@@ -1,5 +1,6 @@
 #include "island.hpp"
 
+#include "noise.hpp"
 #include "quarter_turn.hpp"
 #include "random.hpp"
 #include "willow.hpp"
@@ -38,27 +39,6 @@ const dvec3 kGrass(112.0, 130.0, 66.0);
 const dvec3 kMeadow(146.0, 152.0, 84.0);
 const dvec3 kRock(138.0, 134.0, 114.0);
 const dvec3 kUndergrowth(64.0, 76.0, 40.0);
-
-/// Gradient noise on the integer lattice, about [-0.8, 0.8], wavelength about 2.
-double noise(double x, double z, std::uint64_t seed) noexcept {
-    const double floor_x = std::floor(x);
-    const double floor_z = std::floor(z);
-    const double u = x - floor_x;
-    const double v = z - floor_z;
-    const auto corner = [&](int dx, int dz) {
-        const auto ix = static_cast<std::uint64_t>(static_cast<std::int64_t>(floor_x) + dx);
-        const auto iz = static_cast<std::uint64_t>(static_cast<std::int64_t>(floor_z) + dz);
-        const std::uint64_t bits = mix(mix(ix + seed) ^ (iz * 0x9E3779B97F4A7C15ULL));
-        const double slope_x = static_cast<double>(bits >> 32U) * 0x1p-31 - 1.0;
-        const double slope_z = static_cast<double>(bits & 0xFFFFFFFFULL) * 0x1p-31 - 1.0;
-        return slope_x * (u - dx) + slope_z * (v - dz);
-    };
-    // Second derivatives are continuous across cells.
-    const auto ease = [](double t) { return t * t * t * (t * (t * 6.0 - 15.0) + 10.0); };
-    const double left = std::lerp(corner(0, 0), corner(0, 1), ease(v));
-    const double right = std::lerp(corner(1, 0), corner(1, 1), ease(v));
-    return std::lerp(left, right, ease(u));
-}
 
 /// Noise of several octaves, each half as wide and 0.45 times as high; clamped to [-1, 1].
 double fractal(double x, double z, double wavelength, int octaves, std::uint64_t seed) noexcept {

@@ -12,6 +12,7 @@
 #include "knot.hpp"
 #include "molecule.hpp"
 #include "overview.hpp"
+#include "terrain.hpp"
 #include "trees.hpp"
 
 #include <algorithm>
@@ -109,6 +110,16 @@ constexpr std::array<SceneParameter, 5> kTreesParameters = {{
     {"seed", static_cast<double>(kTrees.seed), true, "of the quarter turns"},
     {"tree-seed", static_cast<double>(kTree.seed), true, "of the tree"},
     {"ground", 0.0, true, "1: a flat quad below it, 0: none"},
+}};
+
+constexpr TerrainOptions kTerrain;
+constexpr int kTerrainSide = 512; // [px] of the picture
+
+constexpr std::array<SceneParameter, 4> kTerrainParameters = {{
+    {"posts", kTerrain.posts, true, "heights a side, 9 to 4097"},
+    {"side", kTerrain.side_m, false, "of the square [m]"},
+    {"relief", kTerrain.relief_m, false, "from the lowest place to the highest [m]"},
+    {"seed", static_cast<double>(kTerrain.seed), true, "of ridges and colours"},
 }};
 
 constexpr auto kForestParameters = forest_parameters(kForestPace);
@@ -312,7 +323,27 @@ Result<CatalogScene> make_trees_entry(const SceneValues& values) {
     return made;
 }
 
-constexpr std::array<CatalogEntry, 9> kCatalog = {{
+Result<CatalogScene> make_terrain_entry(const SceneValues& values) {
+    TerrainOptions options;
+    options.posts = whole<int>(values, "posts");
+    options.side_m = value_of(values, "side");
+    options.relief_m = value_of(values, "relief");
+    options.seed = whole<std::uint64_t>(values, "seed");
+    auto scene = make_terrain(options);
+    if (!scene) {
+        return tl::unexpected(scene.error());
+    }
+    auto path = eval::height_field_path(scene_bounds(*scene));
+    if (!path) {
+        return tl::unexpected(path.error());
+    }
+    CatalogScene made{std::move(*scene), std::move(*path)};
+    made.width = kTerrainSide;
+    made.height = kTerrainSide;
+    return made;
+}
+
+constexpr std::array<CatalogEntry, 10> kCatalog = {{
     {"island",
      "round island with 1117 instances of a willow, 40.6 million triangles",
      kIslandParameters,
@@ -349,6 +380,10 @@ constexpr std::array<CatalogEntry, 9> kCatalog = {{
      "smooth closed tube of 100,000 triangles, from 1.75 to 14 radii away",
      kKnotParameters,
      make_knot_entry},
+    {"terrain",
+     "mountains of 513 x 513 heights; from above, around and in to the middle",
+     kTerrainParameters,
+     make_terrain_entry},
 }};
 
 /// "a, b, c" for messages.

@@ -29,6 +29,7 @@ const std::map<std::string_view, scenes::SceneValues> kSmall = {
     {"molecule", {{"atoms", 50.0}}},
     {"grass", {{"triangles", 1250.0}}},
     {"knot", {{"along", 24.0}, {"around", 3.0}}},
+    {"terrain", {{"posts", 9.0}}},
     {"trees", {{"count", 4.0}, {"triangles", 5000.0}}}};
 
 } // namespace
