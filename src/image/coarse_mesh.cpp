@@ -4,9 +4,9 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
-#include <cstdlib>
+#include <utility>
+#include <vector>
 
 namespace farfield {
 
@@ -101,6 +101,20 @@ Mesh make_coarse_mesh(const Mesh& fine, const GriddedMesh& gridded, const Height
     );
     update_bounds(mesh);
     return mesh;
+}
+
+std::vector<ProxyItems> add_coarse_mesh(Scene& scene, MeshId fine, Mesh coarse, std::size_t items) {
+    FARFIELD_ASSERT(items <= scene.instances.size());
+    const auto mesh = make_id<MeshId>(scene.meshes.size());
+    scene.meshes.push_back(std::move(coarse));
+    std::vector<ProxyItems> added;
+    for (std::size_t i = 0; i < items; ++i) {
+        if (scene.instances[i].mesh == fine) {
+            added.push_back({make_id<ItemId>(i), make_id<ItemId>(scene.instances.size())});
+            scene.instances.push_back({mesh, scene.instances[i].object_to_world});
+        }
+    }
+    return added;
 }
 
 } // namespace farfield

@@ -10,6 +10,7 @@
 
 #include <glm/ext/matrix_double4x3.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -78,6 +79,15 @@ struct RefinedProxyOptions {
 /// @param fine the mesh that `gridded` was found in
 [[nodiscard]] Mesh
 make_coarse_mesh(const Mesh& fine, const GriddedMesh& gridded, const HeightProxy& proxy);
+
+/// Adds a coarse model to a scene: one mesh, and one instance for each of the fine one. Nothing
+/// that was there changes its number. Hierarchies are built over the instances of before; counts of
+/// triangles by item (`NullBackend`, `work_of`) are made of all of them, after.
+/// @param fine a mesh of the scene
+/// @param items only the first so many instances are looked at
+/// @return by instance of the fine mesh, in order
+[[nodiscard]] std::vector<ProxyItems>
+add_coarse_mesh(Scene& scene, MeshId fine, Mesh coarse, std::size_t items);
 
 /// Two meshes, in one place. Spans and references are used during the call alone.
 struct MeshProxyInput {
