@@ -62,4 +62,7 @@
 #include <farfield/technique/culled_geometry.hpp>
 #include <farfield/technique/image_cache.hpp>
 #include <farfield/technique/image_cache_options.hpp>
+#include <farfield/technique/lod_sprite.hpp>
+#include <farfield/technique/lod_sprite_options.hpp>
 #include <farfield/technique/mesh_lod.hpp>
+#include <farfield/technique/sprite_error.hpp>

@@ -1,0 +1,169 @@
+#include "technique/sprite_cut.hpp"
+
+#include <farfield/metric/sprite_angle.hpp>
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace farfield {
+
+namespace {
+
+// As for samples: rays that graze a facet count as at this cosine.
+constexpr double kLeastCosine = 1.0 / 16.0;
+// Doubling from any angle that floats tell from 0 goes beyond pi before that.
+constexpr int kMostDoublings = 64;
+
+double distance_to_segment(
+    const glm::dvec3& point, const glm::dvec3& from, const glm::dvec3& to
+) noexcept {
+    const glm::dvec3 along = to - from;
+    const double length_sq = glm::dot(along, along);
+    const double part =
+        length_sq > 0.0 ? std::clamp(glm::dot(point - from, along) / length_sq, 0.0, 1.0) : 0.0;
+    return glm::distance(point, from + along * part);
+}
+
+enum class Place : std::uint8_t { outside, partial, inside };
+
+Place place_of(const ProxySplit& split, const Frustum& frustum) noexcept {
+    Place place = Place::inside;
+    for (const Plane& plane : frustum.planes) {
+        const float height = signed_distance(plane, split.center);
+        if (height < -split.radius) {
+            return Place::outside;
+        }
+        if (height < split.radius) {
+            place = Place::partial;
+        }
+    }
+    return place;
+}
+
+/// Down from the roots; stops where there are too many.
+struct CutWalk {
+    const ProxyPair& pair;
+    const CutQuery& query;
+    std::vector<std::uint32_t>& out;
+    glm::dvec3 axis;
+    std::size_t first;
+    double threshold_rad;
+    float offset_m = 0.0F;
+
+    [[nodiscard]] bool is_full() const noexcept { return out.size() - first > query.most; }
+
+    void visit(std::uint32_t triangle, bool inside) noexcept {
+        const ProxySplit& split = pair.splits[triangle];
+        if (!inside) {
+            const Place place = place_of(split, query.frustum);
+            if (place == Place::outside) {
+                return;
+            }
+            inside = place == Place::inside;
+        }
+        if (is_full()) {
+            return;
+        }
+        const std::uint32_t child = pair.children[triangle];
+        if (child != UINT32_MAX && is_split(split)) {
+            visit(child, inside);
+            visit(child + 1, inside);
+            return;
+        }
+        offset_m = std::max(offset_m, split.offset);
+        out.push_back(triangle);
+    }
+
+    [[nodiscard]] bool is_split(const ProxySplit& split) const noexcept {
+        return std::any_of(
+            query.drawn_from.begin(),
+            query.drawn_from.end(),
+            [&](const glm::dvec3& drawn_from) {
+                return split_angle(split, axis, drawn_from, query.seen_from) > threshold_rad;
+            }
+        );
+    }
+};
+
+} // namespace
+
+double split_angle(
+    const ProxySplit& split,
+    const glm::dvec3& axis,
+    const glm::dvec3& drawn_from,
+    const glm::dvec3& seen_from
+) noexcept {
+    const glm::dvec3 center(split.center);
+    const double radius = double{split.radius};
+    if (split.offset == 0.0F) {
+        return 0.0;
+    }
+    const double distance = glm::distance(center, seen_from) - radius;
+    const double beside = distance_to_segment(center, drawn_from, seen_from) - radius;
+    if (distance <= 0.0 || beside <= 0.0) {
+        return std::numbers::pi;
+    }
+    const glm::dvec3 ray = center - drawn_from;
+    const double cosine = (std::abs(glm::dot(axis, ray)) - radius) / (glm::length(ray) + radius);
+    const double offset = double{split.offset} / std::max(cosine, kLeastCosine);
+    const double turn = std::min(
+        2.0 * std::atan(glm::distance(drawn_from, seen_from) / (2.0 * beside)), std::numbers::pi
+    );
+    return std::max(
+        metric::sprite_angle_bound_unchecked(turn, distance, offset),
+        metric::sprite_angle_bound_unchecked(turn, distance, -offset)
+    );
+}
+
+Cut cut_coarse(
+    const ProxyPair& pair, const CutQuery& query, std::vector<std::uint32_t>& out
+) noexcept {
+    CutWalk walk{pair, query, out, glm::dvec3(pair.nodes[0].axis), out.size(), query.threshold_rad};
+    for (int doubling = 0; doubling < kMostDoublings; ++doubling) {
+        out.resize(walk.first);
+        walk.offset_m = 0.0F;
+        for (std::uint32_t root = 0; root < pair.root_count; ++root) {
+            walk.visit(root, false);
+        }
+        if (!walk.is_full()) {
+            return {out.size() - walk.first, walk.threshold_rad, walk.offset_m, true};
+        }
+        if (walk.threshold_rad > std::numbers::pi) {
+            break;
+        }
+        walk.threshold_rad *= 2.0;
+    }
+    out.resize(walk.first);
+    return {0, std::numbers::pi, pair.offset_m, false};
+}
+
+std::size_t finest_triangles(
+    const ProxyPair& pair, const Frustum& frustum, std::vector<std::uint32_t>& out
+) noexcept {
+    const std::size_t before = out.size();
+    const auto visit = [&](const auto& self, std::uint32_t triangle, bool inside) -> void {
+        if (!inside) {
+            const Place place = place_of(pair.splits[triangle], frustum);
+            if (place == Place::outside) {
+                return;
+            }
+            inside = place == Place::inside;
+        }
+        const std::uint32_t child = pair.children[triangle];
+        if (child == UINT32_MAX) {
+            out.push_back(triangle);
+            return;
+        }
+        self(self, child, inside);
+        self(self, child + 1, inside);
+    };
+    for (std::uint32_t root = 0; root < pair.root_count; ++root) {
+        visit(visit, root, false);
+    }
+    return out.size() - before;
+}
+
+} // namespace farfield

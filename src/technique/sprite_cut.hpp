@@ -1,0 +1,57 @@
+#pragma once
+
+#include <farfield/image/proxy_pair.hpp>
+#include <farfield/math/frustum.hpp>
+
+#include <glm/vec3.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace farfield {
+
+/// What a cut of a refinable coarse model is made for. Relative to the pair's origin.
+struct CutQuery {
+    Frustum frustum;
+    glm::dvec3 seen_from{0.0};                ///< [m]
+    std::span<const glm::dvec3> drawn_from{}; ///< [m] of the keyframes to be shown on it
+    double threshold_rad = 0.0; ///< a triangle is split where it may be more wrong than this
+    std::size_t most = 0;       ///< triangles. >= 1
+};
+
+/// What became of it.
+struct Cut {
+    std::size_t count = 0;      ///< triangles
+    double threshold_rad = 0.0; ///< that it holds, down to the finest triangles: that asked for,
+                                ///< doubled until the triangles were few enough
+    float offset_m = 0.0F;      ///< [m] the greatest of its triangles
+    bool complete = true;       ///< false: even the roots in view are more than `most`
+};
+
+/// Largest angle by which a triangle with this split shows what it stands for off its place, over
+/// all points of its sphere. Never falls with the radius of nested spheres nor with the offset, so
+/// that triangles along an edge decide alike. [rad]
+/// @param axis unit: what facets face, about; rays count as they cross it
+[[nodiscard]] double split_angle(
+    const ProxySplit& split,
+    const glm::dvec3& axis,
+    const glm::dvec3& drawn_from,
+    const glm::dvec3& seen_from
+) noexcept;
+
+/// Appends the triangles of the coarse mesh to draw: those in the frustum, without cracks between
+/// them.
+/// @pre is_refinable(pair)
+/// @par Cost linear in the triangles of the cut; twice that for every doubling
+[[nodiscard]] Cut
+cut_coarse(const ProxyPair& pair, const CutQuery& query, std::vector<std::uint32_t>& out) noexcept;
+
+/// Appends the finest triangles in the frustum.
+/// @pre is_refinable(pair)
+[[nodiscard]] std::size_t finest_triangles(
+    const ProxyPair& pair, const Frustum& frustum, std::vector<std::uint32_t>& out
+) noexcept;
+
+} // namespace farfield
