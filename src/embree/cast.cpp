@@ -1,13 +1,16 @@
+#include "embree/projection.hpp"
 #include "embree/tile.hpp"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 namespace farfield::embree {
 
@@ -53,7 +56,7 @@ struct Packet {
     Lanes<std::uint32_t> geometry;
     Lanes<std::uint32_t> draw;
     Lanes<std::uint32_t> order;
-    Lanes<std::uint8_t> mask;
+    Lanes<const Use*> use; ///< of the hit
     Lanes<std::uint16_t> pixel;
     Lanes<std::uint16_t> sample;
     Region around; ///< [px] of the target
@@ -183,6 +186,8 @@ class Caster {
     void show() noexcept;
     [[nodiscard]] Color16 shade(std::size_t lane) const noexcept;
     [[nodiscard]] PositionTexel position(std::size_t lane) const noexcept;
+    [[nodiscard]] std::optional<Projected> project_hit(std::size_t lane) const noexcept;
+    void show_pixel(std::size_t lane) noexcept;
 
     const CastScene* scene_;
     const FrameWork* work_;
@@ -391,7 +396,7 @@ void Caster::cast(std::uint32_t index, const DepthRange& depths) noexcept {
         packet.geometry[lane] = hits_.hit.geomID[lane];
         packet.draw[lane] = index;
         packet.order[lane] = use->order;
-        packet.mask[lane] = use->mask ? 1 : 0;
+        packet.use[lane] = use;
         met = true;
     }
     if (met) {
@@ -473,6 +478,44 @@ PositionTexel Caster::position(std::size_t lane) const noexcept {
     return texel;
 }
 
+/// What keyframes show of what was met, if its command projects any.
+std::optional<Projected> Caster::project_hit(std::size_t lane) const noexcept {
+    const Use& use = *packet_.use[lane];
+    if (use.keyframe_count == 0) {
+        return std::nullopt;
+    }
+    const CastItem& item = *work_->draws[packet_.draw[lane]].item;
+    const Surface& surface = *item.surface;
+    const std::uint32_t triangle =
+        surface.parts[packet_.geometry[lane]].first_triangle + packet_.primitive[lane];
+    const Pass& pass = *pass_->pass;
+    const glm::dmat3 world_to_camera = glm::transpose(pass.view.camera_to_world);
+    const glm::dvec3 offset = item.translation - pass.view.eye;
+    MetPoint met;
+    met.point = world_to_camera * glm::dvec3(point_of(packet_, lane, packet_.depth[lane]));
+    for (std::size_t k = 0; k < met.corners.size(); ++k) {
+        const glm::dvec3 corner(surface.positions[surface.indices[std::size_t{triangle} * 3 + k]]);
+        met.corners[k] = world_to_camera * (item.linear * corner + offset);
+    }
+    return project(
+        std::span(work_->keyframes).subspan(use.first_keyframe, use.keyframe_count),
+        pass,
+        met,
+        use.whole_triangles,
+        !tile_->positions.empty()
+    );
+}
+
+/// Writes the only sample of a pixel.
+void Caster::show_pixel(std::size_t lane) noexcept {
+    const std::size_t pixel = packet_.pixel[lane];
+    const std::optional<Projected> projected = project_hit(lane);
+    tile_->colors[pixel] = projected ? projected->color : shade(lane);
+    if (!tile_->positions.empty()) {
+        tile_->positions[pixel] = projected ? projected->position : position(lane);
+    }
+}
+
 /// Writes what the packet has met into the tile.
 void Caster::show() noexcept {
     const Packet& packet = packet_;
@@ -481,15 +524,12 @@ void Caster::show() noexcept {
             continue;
         }
         const std::size_t pixel = packet.pixel[lane];
-        const bool mask = packet.mask[lane] != 0;
+        const bool mask = packet.use[lane]->mask;
         if (samples_ == 1) {
             tile_->depths[pixel] = packet.depth[lane];
             tile_->orders[pixel] = packet.order[lane];
             if (!mask) {
-                tile_->colors[pixel] = shade(lane);
-                if (!tile_->positions.empty()) {
-                    tile_->positions[pixel] = position(lane);
-                }
+                show_pixel(lane);
             }
             continue;
         }
@@ -500,7 +540,8 @@ void Caster::show() noexcept {
         tile_->sample_depths[place] = packet.depth[lane];
         tile_->sample_orders[place] = packet.order[lane];
         if (!mask) {
-            tile_->sample_colors[place] = shade(lane);
+            const std::optional<Projected> projected = project_hit(lane);
+            tile_->sample_colors[place] = projected ? projected->color : shade(lane);
         }
     }
 }

@@ -87,8 +87,11 @@ struct EmbreeBackend::Impl {
         const FramePlan& plan, std::size_t pass, std::uint32_t command, std::uint32_t selection
     ) const;
     [[nodiscard]] Result<void>
+    check_keyframes(const FramePlan& plan, std::size_t pass, std::uint32_t command);
+    [[nodiscard]] Result<void>
     check_images(const FramePlan& plan, std::size_t pass, std::uint32_t command);
     void add_pass(const FramePlan& plan, const Pass& pass, Target& frame, const FrameClear& clear);
+    void add_keyframes(const FramePlan& plan, const Pass& pass, const Command& command);
     void add_commands(const FramePlan& plan, const Pass& pass);
     void close_phase(const Pass& pass, Phase& phase);
     void draw_batch();
@@ -152,6 +155,9 @@ Result<void> EmbreeBackend::Impl::check_pages(const FramePlan& plan, const Targe
                 valid = check_images(plan, i, command);
             } else if (draws_geometry(plan.commands[command])) {
                 valid = check_geometry(plan, i, command);
+                if (valid) {
+                    valid = check_keyframes(plan, i, command);
+                }
             }
             if (!valid) {
                 return valid;
@@ -223,6 +229,20 @@ Result<void> EmbreeBackend::Impl::check_selection(
 }
 
 Result<void>
+EmbreeBackend::Impl::check_keyframes(const FramePlan& plan, std::size_t pass, std::uint32_t index) {
+    const Command& command = plan.commands[index];
+    for (std::uint32_t i = 0; i < command.keyframe_count; ++i) {
+        const std::uint32_t keyframe = command.first_keyframe + i;
+        const Page* page = find(plan.cache, plan.keyframes[keyframe].page);
+        if (Result<void> valid = gpu::check_keyframe_page(plan, pass, index, keyframe, page);
+            !valid) {
+            return valid;
+        }
+    }
+    return {};
+}
+
+Result<void>
 EmbreeBackend::Impl::check_images(const FramePlan& plan, std::size_t pass, std::uint32_t index) {
     const Command& command = plan.commands[index];
     const Page* page = nullptr;
@@ -277,6 +297,19 @@ void EmbreeBackend::Impl::close_phase(const Pass& pass, Phase& phase) {
     phase.first_flat = static_cast<std::uint32_t>(work.flats.size());
 }
 
+void EmbreeBackend::Impl::add_keyframes(
+    const FramePlan& plan, const Pass& pass, const Command& command
+) {
+    for (std::uint32_t i = 0; i < command.keyframe_count; ++i) {
+        const Keyframe& keyframe = plan.keyframes[command.first_keyframe + i];
+        work.keyframes.push_back(
+            {.lookup = gpu::KeyframeLookup(gpu::keyframe_terms(keyframe, pass.view)),
+             .page = find(plan.cache, keyframe.page),
+             .node = keyframe.node}
+        );
+    }
+}
+
 void EmbreeBackend::Impl::add_commands(const FramePlan& plan, const Pass& pass) {
     Phase phase;
     phase.first_draw = static_cast<std::uint32_t>(work.draws.size());
@@ -300,7 +333,8 @@ void EmbreeBackend::Impl::add_commands(const FramePlan& plan, const Pass& pass) 
             continue;
         }
         shows = true;
-        if (command.kind == Command::Kind::geometry) {
+        if (cast) {
+            add_keyframes(plan, pass, command);
             add_draws(*scene, plan, pass, command, order, work);
             continue;
         }
@@ -465,11 +499,6 @@ EmbreeBackend::execute(const FramePlan& plan, TargetId target, const FrameClear&
     }
     if (Result<void> valid = gpu::check_structure(plan); !valid) {
         return valid;
-    }
-    for (const Command& command : plan.commands) {
-        if (command.kind == Command::Kind::projected) {
-            return fail(ErrorCode::unsupported, "Embree: projected geometry is not drawn yet");
-        }
     }
     try {
         return impl_->run(plan, *frame, clear);

@@ -476,6 +476,7 @@ void FrameWork::clear() noexcept {
     cells.clear();
     depths.clear();
     clips.clear();
+    keyframes.clear();
     listed.clear();
     quads.clear();
     flats.clear();
@@ -503,6 +504,9 @@ void add_draws(
     Use use;
     use.order = order;
     use.mask = command.kind == Command::Kind::mask;
+    use.whole_triangles = command.whole_triangles;
+    use.keyframe_count = command.keyframe_count;
+    use.first_keyframe = static_cast<std::uint32_t>(work.keyframes.size()) - use.keyframe_count;
     if (command.clip != Command::kNoClip) {
         const glm::dvec3 eye = pass.view.eye - plan.origin;
         const Box3f& box = plan.clips[command.clip];

@@ -4,6 +4,7 @@
 #include "embree/memory.hpp"
 #include <farfield/gpu/cell_shapes.hpp>
 #include <farfield/gpu/frame_plan.hpp>
+#include <farfield/gpu/keyframe_lookup.hpp>
 #include <farfield/gpu/plan_rules.hpp>
 #include <farfield/image/position_picture.hpp>
 
@@ -52,11 +53,21 @@ struct Target {
 
 /// How one command draws something.
 struct Use {
-    std::uint32_t order = 0;      ///< of the command within the pass, from 1
-    bool mask = false;            ///< writes depth alone
-    std::uint32_t clip = kNoClip; ///< into `FrameWork::clips`
+    std::uint32_t order = 0;          ///< of the command within the pass, from 1
+    bool mask = false;                ///< writes depth alone
+    bool whole_triangles = false;     ///< as `Command::whole_triangles`
+    std::uint32_t clip = kNoClip;     ///< into `FrameWork::clips`
+    std::uint32_t first_keyframe = 0; ///< into `FrameWork::keyframes`: those projected
+    std::uint32_t keyframe_count = 0;
 
     static constexpr std::uint32_t kNoClip = UINT32_MAX;
+};
+
+/// A keyframe as one pass projects it.
+struct PassKeyframe {
+    gpu::KeyframeLookup lookup;
+    const Page* page = nullptr;
+    std::uint32_t node = UINT32_MAX;
 };
 
 /// Triangles of a split item that the same commands draw.
@@ -197,6 +208,7 @@ struct FrameWork {
     std::vector<Cell> cells;
     std::vector<DepthRange> depths;
     std::vector<Box3f> clips; ///< relative to the eye, in the world's axes
+    std::vector<PassKeyframe> keyframes;
     std::vector<PassQuad> quads;
     std::vector<Flat> flats;
     std::vector<PassFace> faces;
@@ -217,7 +229,8 @@ inline constexpr std::int32_t kTile = 32;
 /// Where a pass draws, before its commands are looked at.
 void add_view(PassWork& pass) noexcept;
 
-/// Adds items of a command as draws, and lists its pieces and selections.
+/// Adds items of a command as draws, and lists its pieces and selections. Its keyframes are the
+/// last of the work's.
 void add_draws(
     const CastScene& scene,
     const FramePlan& plan,

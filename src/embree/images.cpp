@@ -1,5 +1,6 @@
 #include "embree/blend.hpp"
 #include "embree/quad_depths.hpp"
+#include "embree/texel_size.hpp"
 #include "embree/tile.hpp"
 
 #include <glm/geometric.hpp>
@@ -260,27 +261,11 @@ void show_positions(const PassQuad& shown, const TileQuad& quad, TileBuffer& til
             if (found == nullptr) {
                 continue;
             }
-            // Pixels per texel: the inverse of texels per pixel.
             const QuadSteps steps = steps_at(quad, center, x, y);
-            const float area = steps.dx.x * steps.dy.y - steps.dx.y * steps.dy.x;
-            const glm::vec2 u = glm::vec2(steps.dy.y, -steps.dx.y) / area;
-            const glm::vec2 v = glm::vec2(-steps.dy.x, steps.dx.x) / area;
-            const float half_diagonal = 0.5F * std::max(glm::length(u + v), glm::length(u - v));
-            const glm::vec2 moved = found_center - here;
-            const float distance = glm::length(u * moved.x + v * moved.y);
-            // Errors of the image's own sampling are seen enlarged by the largest singular value at
-            // most.
-            const float squares = glm::dot(u, u) + glm::dot(v, v);
-            const float product = u.x * v.y - u.y * v.x;
-            const float scale = std::sqrt(
-                0.5F *
-                (squares + std::sqrt(std::max(squares * squares - 4.0F * product * product, 0.0F)))
-            );
             PositionTexel& texel = tile.positions[pixel];
             texel = *found;
-            constexpr float kSqrtHalf = 0.70710678F;
             texel.texel_px =
-                std::max(half_diagonal, distance) / kSqrtHalf + found->texel_px * scale;
+                seen_texel_px(steps.dx, steps.dy, found_center - here, found->texel_px);
             texel.node = shown.node;
         }
     }

@@ -1,5 +1,6 @@
 #include "opengl/cell_drawer.hpp"
 #include "opengl/program.hpp"
+#include "opengl/projection_shaders.hpp"
 #include "opengl/quad_programs.hpp"
 #include "opengl/state_guard.hpp"
 #include <farfield/core/assert.hpp>
@@ -138,6 +139,8 @@ std::int32_t most_samples() noexcept {
     return std::clamp(most, 1, CellDrawer::kMostSamples);
 }
 
+static_assert(kUnitsWithKeyframes <= StateGuard::kMostUnits);
+
 /// Errors of the caller's are not ours to report.
 void drop_old_errors() noexcept {
     while (glGetError() != GL_NO_ERROR) {
@@ -161,8 +164,9 @@ struct OpenGLBackend::Impl {
     std::vector<QuadRun> runs; // of the plan being executed, in the order of its passes
     std::size_t next_run = 0;
     CellDrawer cells;
-    std::size_t next_cells = 0;     // command of those that draw cells
-    std::vector<glm::dvec2> places; // of the samples of a pixel
+    std::size_t next_cells = 0;                             // command of those that draw cells
+    std::vector<glm::dvec2> places;                         // of the samples of a pixel
+    std::array<DeviceKeyframe, kMostKeyframes> keyframes{}; // of the command being drawn
     Limits limits;
 
     explicit Impl(GeometrySource& geometry) : source(&geometry) {}
@@ -201,6 +205,8 @@ struct OpenGLBackend::Impl {
     [[nodiscard]] Result<void>
     add_quads(const FramePlan& plan, std::size_t pass, std::uint32_t command);
     [[nodiscard]] Result<void> require_programs(const Command& command);
+    [[nodiscard]] Result<void> require_projections(const FramePlan& plan);
+    void find_keyframes(const FramePlan& plan, const Command& command) noexcept;
     [[nodiscard]] Result<void> require_depth_copies(const FramePlan& plan);
     void clear_batch(
         const FramePlan& plan, std::size_t first, std::size_t last, const FrameClear& clear
@@ -600,6 +606,56 @@ void OpenGLBackend::Impl::draw_runs(
     next_run = run_index;
 }
 
+Result<void> OpenGLBackend::Impl::require_projections(const FramePlan& plan) {
+    for (std::size_t i = 0; i < plan.passes.size(); ++i) {
+        const Pass& pass = plan.passes[i];
+        for (std::uint32_t c = 0; c < pass.command_count; ++c) {
+            const std::uint32_t index = pass.first_command + c;
+            const Command& command = plan.commands[index];
+            if (command.kind != Command::Kind::projected) {
+                continue;
+            }
+            if (!source->capabilities().projection) {
+                return fail(
+                    ErrorCode::unsupported,
+                    "plan: pass " + std::to_string(i) + ", command " + std::to_string(index) +
+                        ": projects keyframes, and the geometry source does not"
+                );
+            }
+            for (std::uint32_t k = 0; k < command.keyframe_count; ++k) {
+                const std::uint32_t keyframe = command.first_keyframe + k;
+                const Page* page = find(plan.cache, plan.keyframes[keyframe].page);
+                if (Result<void> valid = gpu::check_keyframe_page(plan, i, index, keyframe, page);
+                    !valid) {
+                    return valid;
+                }
+            }
+            if (Result<void> made = source->prepare_projection(
+                    command.keyframe_count, command.whole_triangles, positions
+                );
+                !made) {
+                return made;
+            }
+        }
+    }
+    return {};
+}
+
+/// What the device has of the keyframes of a command.
+void OpenGLBackend::Impl::find_keyframes(const FramePlan& plan, const Command& command) noexcept {
+    for (std::uint32_t i = 0; i < command.keyframe_count; ++i) {
+        const Keyframe& keyframe = plan.keyframes[command.first_keyframe + i];
+        const Page& page = *find(plan.cache, keyframe.page);
+        keyframes[i] = {
+            .keyframe = &keyframe,
+            .page_size = page.size,
+            .colors = page.color,
+            .depths = page.depth_texture,
+            .points = page.positions.points,
+            .layers = page.positions.layers};
+    }
+}
+
 void OpenGLBackend::Impl::clear_batch(
     const FramePlan& plan, std::size_t first, std::size_t last, const FrameClear& clear
 ) const noexcept {
@@ -645,7 +701,7 @@ void OpenGLBackend::Impl::run_pass(
         }
         // A source may leave any state behind.
         state_is_ours = false;
-        const bool color = command.kind == Command::Kind::geometry;
+        const bool color = command.kind != Command::Kind::mask;
         if (!color) {
             set_masks(false, false);
         }
@@ -654,7 +710,16 @@ void OpenGLBackend::Impl::run_pass(
             .origin = plan.origin,
             .clip = {},
             .color = color,
-            .positions = positions};
+            .positions = positions,
+            .viewport = pass.viewport,
+            .keyframes = std::span(keyframes).first(command.keyframe_count),
+            .whole_triangles = command.whole_triangles};
+        if (command.keyframe_count > 0) {
+            find_keyframes(plan, command);
+            for (GLuint unit = StateGuard::kUnits; unit < kUnitsWithKeyframes; ++unit) {
+                glBindSampler(unit, 0);
+            }
+        }
         if (command.clip != Command::kNoClip) {
             context.clip = plan.clips[command.clip];
         }
@@ -851,12 +916,7 @@ OpenGLBackend::execute(const FramePlan& plan, TargetId target, const FrameClear&
     if (Result<void> valid = gpu::check_structure(plan); !valid) {
         return valid;
     }
-    for (const Command& command : plan.commands) {
-        if (command.kind == Command::Kind::projected) {
-            return fail(ErrorCode::unsupported, "OpenGL: projected geometry is not drawn yet");
-        }
-    }
-    const StateGuard guard;
+    const StateGuard guard(plan.keyframes.empty() ? StateGuard::kUnits : kUnitsWithKeyframes);
     drop_old_errors();
     for (const PageUpdate& update : plan.pages) {
         if (Result<void> updated = impl.update_page(plan.cache, update); !updated) {
@@ -873,6 +933,9 @@ OpenGLBackend::execute(const FramePlan& plan, TargetId target, const FrameClear&
         return uploaded;
     }
     if (Result<void> made = impl.require_depth_copies(plan); !made) {
+        return made;
+    }
+    if (Result<void> made = impl.require_projections(plan); !made) {
         return made;
     }
     for (std::size_t first = 0; first < plan.passes.size();) {

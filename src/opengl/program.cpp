@@ -1,6 +1,7 @@
 #include "opengl/program.hpp"
 
 #include <array>
+#include <utility>
 
 namespace farfield::opengl {
 
@@ -26,23 +27,30 @@ Result<GLuint> compile(const char* name, GLenum stage, const std::string& text) 
 
 } // namespace
 
-Result<GLuint>
-link_program(const char* name, const std::string& vertex, const std::string& fragment) {
-    Result<GLuint> vertex_shader = compile(name, GL_VERTEX_SHADER, vertex);
-    if (!vertex_shader) {
-        return vertex_shader;
-    }
-    Result<GLuint> fragment_shader = compile(name, GL_FRAGMENT_SHADER, fragment);
-    if (!fragment_shader) {
-        glDeleteShader(*vertex_shader);
-        return fragment_shader;
-    }
+Result<GLuint> link_program(
+    const char* name,
+    const std::string& vertex,
+    const std::string& fragment,
+    const std::string& geometry
+) {
+    const std::array<std::pair<GLenum, const std::string*>, 3> stages = {
+        {{GL_VERTEX_SHADER, &vertex},
+         {GL_GEOMETRY_SHADER, &geometry},
+         {GL_FRAGMENT_SHADER, &fragment}}};
     const GLuint program = glCreateProgram();
-    glAttachShader(program, *vertex_shader);
-    glAttachShader(program, *fragment_shader);
+    for (const auto& [stage, text] : stages) {
+        if (text->empty()) {
+            continue;
+        }
+        const Result<GLuint> shader = compile(name, stage, *text);
+        if (!shader) {
+            glDeleteProgram(program);
+            return shader;
+        }
+        glAttachShader(program, *shader);
+        glDeleteShader(*shader); // with the program
+    }
     glLinkProgram(program);
-    glDeleteShader(*vertex_shader);
-    glDeleteShader(*fragment_shader);
     GLint linked = GL_FALSE;
     glGetProgramiv(program, GL_LINK_STATUS, &linked);
     if (linked == GL_FALSE) {

@@ -1,4 +1,5 @@
 #include "opengl/program.hpp"
+#include "opengl/projection_shaders.hpp"
 #include "opengl/state_guard.hpp"
 #include <farfield/core/assert.hpp>
 #include <farfield/opengl/scene_source.hpp>
@@ -49,7 +50,8 @@ static_assert(sizeof(InstanceData) == 88);
 
 // Shading happens per vertex: it costs one interpolated value and no work per pixel, and the same
 // shaders draw the geometry baseline.
-std::string vertex_shader(bool textured, bool clipped, bool positions) {
+std::string
+vertex_shader(bool textured, bool clipped, bool positions, const ProjectionVariant& projection) {
     std::string text = "#version 450 core\n";
     if (clipped) {
         text += "out gl_PerVertex { vec4 gl_Position; float gl_ClipDistance[6]; };\n";
@@ -77,6 +79,9 @@ layout(location = 0) out vec4 shaded;
                 "layout(location = 2) out vec3 shown_point;\n"
                 "layout(location = 3) flat out uint shown_item;\n";
     }
+    if (projection.keyframes > 0) {
+        text += projection_vertex_head(projection);
+    }
     text += R"(
 void main() {
     vec4 p = vec4(position, 1.0);
@@ -94,6 +99,9 @@ void main() {
     if (positions) {
         text += "    shown_point = position;\n    shown_item = item;\n";
     }
+    if (projection.keyframes > 0) {
+        text += projection_vertex_body(projection);
+    }
     if (clipped) {
         text += "    for (int i = 0; i < 6; ++i) {\n"
                 "        gl_ClipDistance[i] = dot(clip_planes[i], camera);\n    }\n";
@@ -105,7 +113,7 @@ void main() {
 enum class Surface : std::uint8_t { plain, textured, cutout };
 constexpr std::size_t kSurfaces = 3;
 
-std::string fragment_shader(Surface surface, bool positions) {
+std::string fragment_shader(Surface surface, bool positions, const ProjectionVariant& projection) {
     std::string text = "#version 450 core\n"
                        "layout(location = 0) in vec4 shaded;\n"
                        "layout(location = 0) out vec4 result;\n";
@@ -122,6 +130,9 @@ std::string fragment_shader(Surface surface, bool positions) {
                 "layout(location = 1) out uvec4 point;\n"
                 "layout(location = 2) out uvec2 layer;\n";
     }
+    if (projection.keyframes > 0) {
+        text += projection_fragment_head(projection, positions);
+    }
     text += "void main() {\n";
     if (surface == Surface::plain) {
         text += "    result = vec4(shaded.rgb, 1.0);\n";
@@ -135,6 +146,9 @@ std::string fragment_shader(Surface surface, bool positions) {
     if (positions) {
         text += "    point = uvec4(floatBitsToUint(shown_point), shown_item);\n"
                 "    layer = uvec2(0u, 0xFFFFFFFFu);\n";
+    }
+    if (projection.keyframes > 0) {
+        text += projection_fragment_body(projection, positions);
     }
     text += "}\n";
     return text;
@@ -157,7 +171,11 @@ struct Program {
     GLint light = -1;
     GLint clip_planes = -1;
     GLint alpha_cutoff = -1;
+    ProjectionUniforms projection_uniforms; // of one that projects keyframes
 };
+
+/// By surface, and by what is asked for: clipping (1), positions (2).
+using Programs = std::array<std::array<Program, 4>, kSurfaces>;
 
 struct PartOnDevice {
     std::size_t index_offset = 0; // bytes into the index buffer
@@ -213,8 +231,8 @@ struct SceneSource::Impl {
     std::vector<Instance> instances;
     DirectionalLight light;
 
-    /// By surface, and by what is asked for: clipping (1), positions (2).
-    std::array<std::array<Program, 4>, kSurfaces> programs;
+    Programs programs;
+    std::array<Programs, ProjectionVariant::kCount> projecting; // those that were prepared
     GLuint vertices = 0;
     GLuint texcoords = 0;
     GLuint indices = 0;
@@ -243,10 +261,9 @@ struct SceneSource::Impl {
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
     ~Impl() {
-        for (const auto& by_clip : programs) {
-            for (const Program& program : by_clip) {
-                glDeleteProgram(program.name);
-            }
+        delete_programs(programs);
+        for (const Programs& variant : projecting) {
+            delete_programs(variant);
         }
         const std::array<GLuint, 6> buffers = {
             vertices, texcoords, indices, split_indices, selected_indices, instance_buffer};
@@ -256,7 +273,8 @@ struct SceneSource::Impl {
         glDeleteTextures(static_cast<GLsizei>(textures.size()), textures.data());
     }
 
-    Result<void> make_programs(bool positions);
+    static void delete_programs(const Programs& programs) noexcept;
+    Result<void> make_programs(bool positions, const ProjectionVariant& projection);
     Result<void> upload_textures(const Scene& scene);
     void add_materials(const Scene& scene);
     void upload_meshes(const Scene& scene);
@@ -273,25 +291,43 @@ struct SceneSource::Impl {
     void use_material(std::uint32_t material, const PassContext& context) noexcept;
 };
 
-Result<void> SceneSource::Impl::make_programs(bool positions) {
+void SceneSource::Impl::delete_programs(const Programs& programs) noexcept {
+    for (const auto& by_clip : programs) {
+        for (const Program& program : by_clip) {
+            glDeleteProgram(program.name);
+        }
+    }
+}
+
+/// Makes those that are not there.
+Result<void> SceneSource::Impl::make_programs(bool positions, const ProjectionVariant& projection) {
+    Programs& made = projection.keyframes == 0 ? programs : projecting[projection.place()];
     for (std::size_t surface = 0; surface < kSurfaces; ++surface) {
         for (std::size_t clipped = 0; clipped < 2; ++clipped) {
+            Program& program = made[surface][clipped + (positions ? 2 : 0)];
+            if (program.name != 0) {
+                continue;
+            }
             const auto kind = static_cast<Surface>(surface);
+            const bool textured = kind != Surface::plain;
             const Result<GLuint> linked = link_program(
                 "scene source",
-                vertex_shader(kind != Surface::plain, clipped == 1, positions),
-                fragment_shader(kind, positions)
+                vertex_shader(textured, clipped == 1, positions, projection),
+                fragment_shader(kind, positions, projection),
+                projection_geometry_shader(projection, textured, clipped == 1, positions)
             );
             if (!linked) {
                 return tl::unexpected(linked.error());
             }
-            Program& program = programs[surface][clipped + (positions ? 2 : 0)];
             program.name = *linked;
             program.projection = glGetUniformLocation(program.name, "projection");
             program.base_color = glGetUniformLocation(program.name, "base_color");
             program.light = glGetUniformLocation(program.name, "light");
             program.clip_planes = glGetUniformLocation(program.name, "clip_planes");
             program.alpha_cutoff = glGetUniformLocation(program.name, "alpha_cutoff");
+            if (projection.keyframes > 0) {
+                program.projection_uniforms = ProjectionUniforms::of(*linked, projection);
+            }
         }
     }
     return {};
@@ -646,12 +682,15 @@ void SceneSource::Impl::use_material(std::uint32_t index, const PassContext& con
     const MaterialOnDevice& material = materials[index];
     const std::size_t variant =
         (context.clip.has_value() ? 1U : 0U) + (context.positions ? 2U : 0U);
-    const Program& program = programs[static_cast<std::size_t>(material.surface)][variant];
+    const ProjectionVariant projection{context.keyframes.size(), context.whole_triangles};
+    const Programs& made = projection.keyframes == 0 ? programs : projecting[projection.place()];
+    const Program& program = made[static_cast<std::size_t>(material.surface)][variant];
+    FARFIELD_ASSERT(program.name != 0);
     if (&program != current) {
         current = &program;
         glUseProgram(program.name);
-        const glm::mat4 projection = projection_matrix(context.view.lens);
-        glUniformMatrix4fv(program.projection, 1, GL_FALSE, &projection[0][0]);
+        const glm::mat4 clip_from_camera = projection_matrix(context.view.lens);
+        glUniformMatrix4fv(program.projection, 1, GL_FALSE, &clip_from_camera[0][0]);
         const glm::vec3 to_light = glm::normalize(light.to_light);
         glUniform4f(program.light, to_light.x, to_light.y, to_light.z, light.ambient);
         if (context.clip.has_value()) {
@@ -668,6 +707,9 @@ void SceneSource::Impl::use_material(std::uint32_t index, const PassContext& con
                     glm::vec4(-in_camera, double{context.clip->hi[axis]} - eye[axis]);
             }
             glUniform4fv(program.clip_planes, 6, &planes[0][0]);
+        }
+        if (!context.keyframes.empty()) {
+            program.projection_uniforms.set(context);
         }
         glBindVertexArray(material.surface == Surface::plain ? plain_array : textured_array);
     }
@@ -687,7 +729,7 @@ Result<std::unique_ptr<SceneSource>>
 SceneSource::create(const Scene& scene, const Hierarchy* hierarchy) {
     auto impl = std::make_unique<Impl>();
     for (const bool positions : {false, true}) {
-        if (Result<void> made = impl->make_programs(positions); !made) {
+        if (Result<void> made = impl->make_programs(positions, {}); !made) {
             return tl::unexpected(std::move(made).error());
         }
     }
@@ -713,7 +755,18 @@ SceneSource::create(const Scene& scene, const Hierarchy* hierarchy) {
 }
 
 GeometrySource::Capabilities SceneSource::capabilities() const noexcept {
-    return {.subset = true, .clip_planes = true, .position_output = true, .selection = true};
+    return {
+        .subset = true,
+        .clip_planes = true,
+        .position_output = true,
+        .selection = true,
+        .projection = true};
+}
+
+Result<void> SceneSource::prepare_projection(
+    std::size_t keyframes, bool whole_triangles, bool positions
+) noexcept {
+    return impl_->make_programs(positions, {keyframes, whole_triangles});
 }
 
 void SceneSource::draw(const DrawList& list, const PassContext& context) noexcept {

@@ -43,7 +43,7 @@ void set_plain_rows(const std::array<GLenum, 6>& names) noexcept {
 
 } // namespace
 
-StateGuard::StateGuard() noexcept {
+StateGuard::StateGuard(std::size_t units) noexcept : units_(units) {
     for (std::size_t i = 0; i < kOff.size(); ++i) {
         off_[i] = glIsEnabled(kOff[i]);
     }
@@ -82,7 +82,7 @@ StateGuard::StateGuard() noexcept {
     pipeline_ = integer(GL_PROGRAM_PIPELINE_BINDING);
     vertex_array_ = integer(GL_VERTEX_ARRAY_BINDING);
     active_texture_ = integer(GL_ACTIVE_TEXTURE);
-    for (std::size_t i = 0; i < kUnits; ++i) {
+    for (std::size_t i = 0; i < units_; ++i) {
         glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(i));
         textures_[i] = integer(GL_TEXTURE_BINDING_2D);
         multisample_textures_[i] = integer(GL_TEXTURE_BINDING_2D_MULTISAMPLE);
@@ -130,7 +130,7 @@ StateGuard::~StateGuard() {
     glUseProgram(static_cast<GLuint>(program_));
     glBindProgramPipeline(static_cast<GLuint>(pipeline_));
     glBindVertexArray(static_cast<GLuint>(vertex_array_));
-    for (std::size_t i = 0; i < kUnits; ++i) {
+    for (std::size_t i = 0; i < units_; ++i) {
         glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(i));
         glBindTexture(GL_TEXTURE_2D, static_cast<GLuint>(textures_[i]));
         glBindTexture(GL_TEXTURE_2D_MULTISAMPLE, static_cast<GLuint>(multisample_textures_[i]));

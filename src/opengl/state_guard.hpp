@@ -14,7 +14,8 @@ namespace farfield::opengl {
 /// colour masks of the buffers that positions are kept in.
 class StateGuard {
   public:
-    StateGuard() noexcept;
+    /// @param units of textures that are touched, `kUnits` to `kMostUnits`
+    explicit StateGuard(std::size_t units) noexcept;
     ~StateGuard();
     StateGuard(const StateGuard&) = delete;
     StateGuard& operator=(const StateGuard&) = delete;
@@ -49,6 +50,7 @@ class StateGuard {
 
     /// Texture units: what is in those buffers, and depths.
     static constexpr std::size_t kUnits = 4;
+    static constexpr std::size_t kMostUnits = 17; ///< with those of keyframes
 
   private:
     std::array<GLboolean, kOff.size()> off_{};
@@ -81,9 +83,10 @@ class StateGuard {
     GLint pipeline_ = 0;
     GLint vertex_array_ = 0;
     GLint active_texture_ = GL_TEXTURE0;
-    std::array<GLint, kUnits> textures_{};
-    std::array<GLint, kUnits> multisample_textures_{};
-    std::array<GLint, kUnits> samplers_{};
+    std::size_t units_ = kUnits;
+    std::array<GLint, kMostUnits> textures_{};
+    std::array<GLint, kMostUnits> multisample_textures_{};
+    std::array<GLint, kMostUnits> samplers_{};
 };
 
 /// Sets every state above to what geometry of a plan is drawn with: depth tested and written,

@@ -24,8 +24,11 @@ class CastDrawer final : public Drawer {
 
 } // namespace
 
-std::unique_ptr<Drawer> make_drawer(const Scene& scene, const Hierarchy* hierarchy) {
-    return std::make_unique<CastDrawer>(make_caster(scene, hierarchy));
+std::unique_ptr<Drawer>
+make_drawer(const Scene& scene, const Hierarchy* hierarchy, bool positions) {
+    return std::make_unique<CastDrawer>(
+        make_caster(scene, hierarchy, {.threads = 2, .positions = positions})
+    );
 }
 
 } // namespace farfield::support

@@ -26,7 +26,8 @@ class Drawer {
 
 /// Defined by each program that what every backend draws alike is tested in. Null where its tests
 /// are skipped.
+/// @param positions the backend keeps them
 [[nodiscard]] std::unique_ptr<Drawer>
-make_drawer(const Scene& scene, const Hierarchy* hierarchy = nullptr);
+make_drawer(const Scene& scene, const Hierarchy* hierarchy = nullptr, bool positions = false);
 
 } // namespace farfield::support

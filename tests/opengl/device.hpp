@@ -33,15 +33,18 @@ struct Device {
     std::unique_ptr<opengl::OpenGLBackend> backend;
 
     /// Null where the test is skipped.
-    static std::unique_ptr<Device>
-    create(const Scene& scene, const Hierarchy* hierarchy = nullptr) {
+    static std::unique_ptr<Device> create(
+        const Scene& scene,
+        const Hierarchy* hierarchy = nullptr,
+        const opengl::OpenGLBackendOptions& options = {}
+    ) {
         auto context = make_context();
         if (!context) {
             return nullptr;
         }
         auto source = opengl::SceneSource::create(scene, hierarchy);
         REQUIRE(source.has_value());
-        auto backend = opengl::OpenGLBackend::create(**source);
+        auto backend = opengl::OpenGLBackend::create(**source, options);
         REQUIRE(backend.has_value());
         return std::make_unique<Device>(Device{
             std::move(*context), std::move(*source), std::move(*backend)});

@@ -23,8 +23,9 @@ class DeviceDrawer final : public Drawer {
 
 } // namespace
 
-std::unique_ptr<Drawer> make_drawer(const Scene& scene, const Hierarchy* hierarchy) {
-    auto device = Device::create(scene, hierarchy);
+std::unique_ptr<Drawer>
+make_drawer(const Scene& scene, const Hierarchy* hierarchy, bool positions) {
+    auto device = Device::create(scene, hierarchy, {.positions = positions});
     return device == nullptr ? nullptr : std::make_unique<DeviceDrawer>(std::move(device));
 }
 

@@ -23,6 +23,7 @@ namespace {
 constexpr int kWidth = 96;
 constexpr int kHeight = 64;
 constexpr GLuint kUnits = 4;
+constexpr GLuint kTextureUnits = 18; // one more than is ever touched
 
 struct Name {
     const char* text;
@@ -229,7 +230,7 @@ std::vector<State> snapshot() {
     add_indexed(kOfViewports, kUnits);
     add_indexed(kOfBindingPoints, kUnits);
     const GLint active = integer(GL_ACTIVE_TEXTURE);
-    for (GLuint unit = 0; unit < kUnits; ++unit) {
+    for (GLuint unit = 0; unit < kTextureUnits; ++unit) {
         glActiveTexture(GL_TEXTURE0 + unit);
         for (const Name& name : kOfTextureUnits) {
             add(std::string(name.text) + " of unit " + std::to_string(unit),
@@ -373,6 +374,8 @@ void set_unusual_state() {
         glBindBufferBase(GL_UNIFORM_BUFFER, i, buffer);
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, i, buffer);
         glBindBufferBase(GL_ATOMIC_COUNTER_BUFFER, i, buffer);
+    }
+    for (GLuint i = 0; i < kTextureUnits; ++i) {
         for (const GLenum target :
              {GL_TEXTURE_1D,
               GL_TEXTURE_2D,
@@ -387,7 +390,9 @@ void set_unusual_state() {
             glCreateTextures(target, 1, &texture);
             if (target == GL_TEXTURE_2D) {
                 glTextureStorage2D(texture, 1, GL_RGBA8, 4, 4);
-                glBindImageTexture(i, texture, 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA8);
+                if (i < kUnits) {
+                    glBindImageTexture(i, texture, 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA8);
+                }
             }
             glBindTextureUnit(i, texture);
         }
@@ -432,7 +437,7 @@ ImageCacheOptions eager_options(int samples) {
 }
 
 /// Frames of a cache, so that pages are made, images are made from images, and clipped ones too;
-/// then images with depths; then splats, cubes and single primitives.
+/// then images with depths; then splats, cubes and single primitives; then projected keyframes.
 std::vector<Picture> walk_pictures(
     Backend& backend, const SmallWorld& world, int samples, const std::function<void()>& before
 ) {
@@ -468,6 +473,27 @@ std::vector<Picture> walk_pictures(
         FAIL(cells.error().message);
     }
     pictures.push_back(backend.read_target(*target).value());
+    for (const bool whole_triangles : {false, true}) {
+        FramePlan plan = plan_with_keyframe();
+        plan.cache = 2;
+        plan.pages[0].samples = samples;
+        plan.commands[0].count = 0; // sees nothing: geometry has its own colours
+        constexpr double kAboveGround = 2.0;
+        plan.passes[0].view.eye.y = kAboveGround;
+        plan.passes[1].view.eye.y = kAboveGround;
+        plan.keyframes[0].view.eye.y = kAboveGround;
+        plan.keyframes.resize(kMostKeyframes, plan.keyframes[0]);
+        plan.commands[1].keyframe_count = kMostKeyframes;
+        plan.commands[1].whole_triangles = whole_triangles;
+        for (int i = 0; i < 2; ++i) {
+            const auto executed = backend.execute(plan, *target, {});
+            if (!executed) {
+                FAIL(executed.error().message);
+            }
+            pictures.push_back(backend.read_target(*target).value());
+            plan.commands[0].count = 1;
+        }
+    }
     backend.destroy_target(*target);
     return pictures;
 }
@@ -478,6 +504,11 @@ class RudeSource final : public GeometrySource {
     explicit RudeSource(GeometrySource& source) : source_(&source) {}
     [[nodiscard]] Capabilities capabilities() const noexcept override {
         return source_->capabilities();
+    }
+    [[nodiscard]] Result<void> prepare_projection(
+        std::size_t keyframes, bool whole_triangles, bool positions
+    ) noexcept override {
+        return source_->prepare_projection(keyframes, whole_triangles, positions);
     }
     void draw(const DrawList& list, const PassContext& context) noexcept override {
         source_->draw(list, context);
@@ -556,9 +587,25 @@ TEST_CASE("A scene source changes only what it says") {
         items.push_back(make_id<ItemId>(i));
     }
     PassContext context{.view = view, .origin = {}, .clip = {}, .color = true};
-    for (const bool clipped : {false, true}) {
-        if (clipped) {
+    const Keyframe keyframe = plan_with_keyframe().keyframes[0];
+    std::array<DeviceKeyframe, 2> keyframes{};
+    for (DeviceKeyframe& shown : keyframes) {
+        shown.keyframe = &keyframe;
+        shown.page_size = 1;
+        glCreateTextures(GL_TEXTURE_2D, 1, &shown.colors);
+        glTextureStorage2D(shown.colors, 1, GL_RGBA8, 1, 1);
+        glCreateTextures(GL_TEXTURE_2D, 1, &shown.depths);
+        glTextureStorage2D(shown.depths, 1, GL_R16UI, 1, 1);
+    }
+    for (const bool projects : {false, true}) {
+        for (const bool whole : {false, true}) {
+            const std::vector<State> before = snapshot();
+            REQUIRE(device->source->prepare_projection(2, whole, projects).has_value());
+            CHECK(differences(before, snapshot()).empty());
+        }
+        if (projects) {
             context.clip = Box3f{glm::vec3(-20.0F), glm::vec3(20.0F)};
+            context.keyframes = keyframes;
         }
         // Onto nothing: of interest is what is left.
         const std::vector<State> before = snapshot();
@@ -582,7 +629,12 @@ TEST_CASE("A scene source changes only what it says") {
               "GL_CLIP_DISTANCE5"}) {
             changed.erase(allowed);
         }
-        CHECK(changed.empty());
+        const std::set<std::string> projecting = {
+            "GL_TEXTURE_BINDING_2D of unit 1",
+            "GL_TEXTURE_BINDING_2D of unit 2",
+            "GL_TEXTURE_BINDING_2D of unit 5",
+            "GL_TEXTURE_BINDING_2D of unit 6"};
+        CHECK(changed == (projects ? projecting : std::set<std::string>()));
     }
 }
 

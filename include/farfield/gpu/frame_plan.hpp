@@ -108,15 +108,15 @@ struct Selection {
 ///
 /// - the fragment is before the eye of `view` and inside its window;
 /// - of the four texels that are filtered there, those of `source` that keep something (a depth
-///   less than 1) have at least half of the weight. The one of most weight is the fragment's texel,
-///   and its alpha is at least 0.5;
+///   less than 1) have at least half of the weight. The one of most weight is the fragment's texel;
 /// - what the texel shows stands no farther from the fragment than `offset_m` says: else it is
 ///   something that hides the fragment from the eye of `view`, or that stands behind it;
-/// - it is shifted by no more than `max_shift_px`.
+/// - it is shifted by no more than `max_shift_px`;
+/// - the colour has an alpha of at least 0.5. It is filtered over the four texels or, where not all
+///   of them pass the test of depth, that of the texel alone, so that no rim of what hides the
+///   fragment is seen.
 ///
-/// The fragment then has the colour that is filtered over the four texels or, where not all of them
-/// pass the test of depth, that of its texel alone: a rim of what hides it is not seen. Either is
-/// divided by its alpha, since geometry is opaque.
+/// The fragment then has that colour over its alpha, since geometry is opaque.
 struct Keyframe {
     PageId page = kNone<PageId>; ///< keeps depth
     /// Texels of the page: what the copies of passes through `view` brought together. Several are
@@ -173,10 +173,11 @@ struct Command {
     std::uint32_t first_keyframe = 0; ///< into `keyframes`; projected only
     /// Of projected 1 to `kMostKeyframes`, tried in order; of all others 0.
     std::uint32_t keyframe_count = 0;
-    /// Of projected: a triangle shows the first keyframe that sees all of its three corners, as
-    /// fragments there, and no other; a fragment where that has no texel of an alpha of at least
-    /// 0.5, and all of a triangle that none sees so, has its own colour. A corner that is not
-    /// before the eye of the pass is shifted too far, unless that is not tested.
+    /// Of projected: a triangle shows the first keyframe that sees all of its three corners, as if
+    /// there were fragments there, without tests of depth and shift in between; where that keeps
+    /// nothing, or not half of an alpha, and where no keyframe sees all corners, it has its own
+    /// colour. A corner that is not before the eye of the pass is shifted too far, unless that is
+    /// not tested.
     bool whole_triangles = false;
 };
 

@@ -8,6 +8,7 @@
 
 #include <glm/ext/matrix_double4x3.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 
@@ -17,7 +18,8 @@ namespace farfield::opengl {
 /// draw list. Transforms are formed relative to the eye in double precision.
 ///
 /// Of OpenGL's state, drawing changes the program, the vertex array, the 2D texture of unit 0 and
-/// clip distances 0 to 5, which it leaves off; creating changes nothing.
+/// clip distances 0 to 5, which it leaves off, and where it projects keyframes the 2D textures of
+/// units 1 to 16; creating and preparing change nothing.
 class SceneSource final : public GeometrySource {
   public:
     /// Uploads meshes and textures; the scene is not needed afterwards.
@@ -31,11 +33,17 @@ class SceneSource final : public GeometrySource {
 
     [[nodiscard]] Capabilities capabilities() const noexcept override;
 
+    /// Links a program for each kind of material, with and without a clip box, once.
+    /// @return `device` for what the driver does not take
+    [[nodiscard]] Result<void> prepare_projection(
+        std::size_t keyframes, bool whole_triangles, bool positions
+    ) noexcept override;
+
     /// Each selection is one call for every part of its mesh that it has primitives of. The first
     /// one makes a copy of all indices in memory, 4 bytes each; selected ones go to the device with
     /// each draw.
-    /// @pre items and pieces are those of the scene and the hierarchy. Primitives of a selection
-    /// that its item does not have are not drawn.
+    /// @pre items and pieces are those of the scene and the hierarchy, and what projecting needs
+    /// was prepared. Primitives of a selection that its item does not have are not drawn.
     void draw(const DrawList& list, const PassContext& context) noexcept override;
 
     /// The item stands elsewhere from the next draw on, as if the scene had been made so. What
