@@ -14,7 +14,7 @@ set -euo pipefail
 build=(
     g++ cmake ninja-build ccache pkg-config
     libglm-dev libexpected-dev
-    libtinygltf-dev libpng-dev libmeshoptimizer-dev libzstd-dev
+    libtinygltf-dev libpng-dev libmeshoptimizer-dev libopenmesh-dev libzstd-dev
     libepoxy-dev libegl-dev libgl-dev libopengl-dev libgl1-mesa-dri
     libembree-dev libtbb-dev
     nlohmann-json3-dev libcli11-dev

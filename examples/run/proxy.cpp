@@ -1,17 +1,24 @@
 #include "run/proxy.hpp"
 
+#include <farfield/embree/closest_point.hpp>
 #include <farfield/image/build_proxy.hpp>
 #include <farfield/image/height_grid.hpp>
+#include <farfield/io/coarse_mesh.hpp>
+#include <farfield/parallel/parallel_executor.hpp>
 
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cstddef>
+#include <string>
 #include <utility>
 
 namespace farfield::run {
 
 namespace {
+
+constexpr std::uint32_t kRefinedTriangles = 16384;
+constexpr std::uint32_t kMeshTriangles = 2000;
 
 /// Items of the hierarchy that stay where they are: what moves was added last.
 std::size_t resting_items(const World& world) {
@@ -36,19 +43,21 @@ Result<glm::dvec3> shift_of(const Mesh& mesh, const Instance& instance) {
 
 /// Adds the coarse model of a grid of heights and pairs it with every instance.
 Result<void> add_heights(
-    World& world, std::size_t mesh, const ProxyOptions& options, std::vector<ProxyPair>& pairs
+    World& world,
+    std::size_t mesh,
+    const GriddedMesh& gridded,
+    const ProxyOptions& options,
+    std::vector<ProxyPair>& pairs
 ) {
     Scene& scene = world.scene;
-    auto gridded = height_grid_of(scene.meshes[mesh]);
-    if (!gridded) {
-        return tl::unexpected(std::move(gridded).error());
-    }
     const std::size_t items = resting_items(world);
     const auto build = [&](const ProxyItems& of) {
         return options.proxy == "grid"
-                   ? build_grid_proxy(gridded->grid, of, {.squares = options.coarse})
+                   ? build_grid_proxy(gridded.grid, of, {.squares = options.coarse})
                    : build_refined_proxy(
-                         gridded->grid, of, {.max_triangles = options.coarse_triangles}
+                         gridded.grid,
+                         of,
+                         {.max_triangles = options.coarse_triangles.value_or(kRefinedTriangles)}
                      );
     };
     // The triangles are the same wherever the grid stands: those of the mesh are made of it where
@@ -57,7 +66,7 @@ Result<void> add_heights(
     if (!own) {
         return tl::unexpected(own.error());
     }
-    Mesh coarse = make_coarse_mesh(scene.meshes[mesh], *gridded, *own);
+    Mesh coarse = make_coarse_mesh(scene.meshes[mesh], gridded, *own);
     for (const ProxyItems& of :
          add_coarse_mesh(scene, make_id<MeshId>(mesh), std::move(coarse), items)) {
         const auto shift = shift_of(scene.meshes[mesh], scene.instances[index_of(of.fine)]);
@@ -72,26 +81,100 @@ Result<void> add_heights(
     return {};
 }
 
+/// Adds a mesh of fewer triangles and pairs it with every instance.
+Result<void> add_mesh(
+    World& world, std::size_t mesh, const ProxyOptions& options, std::vector<ProxyPair>& pairs
+) {
+    Scene& scene = world.scene;
+    const std::uint32_t triangles = options.coarse_triangles.value_or(kMeshTriangles);
+    auto coarse = io::make_coarse_mesh(scene.meshes[mesh], {.triangles = triangles});
+    if (!coarse) {
+        return tl::unexpected(std::move(coarse).error());
+    }
+    const auto on_fine = embree::ClosestPointFinder::create(scene.meshes[mesh]);
+    if (!on_fine) {
+        return tl::unexpected(on_fine.error());
+    }
+    const auto on_coarse = embree::ClosestPointFinder::create(*coarse);
+    if (!on_coarse) {
+        return tl::unexpected(on_coarse.error());
+    }
+    const std::size_t added = scene.meshes.size();
+    parallel::ParallelExecutor executor;
+    for (const ProxyItems& of :
+         add_coarse_mesh(scene, make_id<MeshId>(mesh), std::move(*coarse), resting_items(world))) {
+        auto pair = build_mesh_proxy(
+            {scene.meshes[mesh],
+             scene.meshes[added],
+             **on_fine,
+             **on_coarse,
+             scene.instances[index_of(of.fine)].object_to_world},
+            of,
+            executor
+        );
+        if (!pair) {
+            return tl::unexpected(std::move(pair).error());
+        }
+        pairs.push_back(std::move(*pair));
+    }
+    return {};
+}
+
+/// Heights where there are some, or where they are asked for.
+Result<void> add_either(
+    World& world, std::size_t mesh, const ProxyOptions& options, std::vector<ProxyPair>& pairs
+) {
+    const auto gridded = height_grid_of(world.scene.meshes[mesh]);
+    if (gridded) {
+        return add_heights(world, mesh, *gridded, options, pairs);
+    }
+    if (!options.proxy.empty()) {
+        return tl::unexpected(gridded.error());
+    }
+    return add_mesh(world, mesh, options, pairs);
+}
+
+/// That pairs of meshes fit into memory: each instance has samples of its own.
+Result<void> check_samples(const World& world, const std::vector<std::uint32_t>& uses) {
+    std::uint64_t samples = 0;
+    for (std::size_t mesh = 0; mesh < uses.size(); ++mesh) {
+        samples += std::uint64_t{uses[mesh]} * world.scene.meshes[mesh].positions.size();
+    }
+    if (samples > kMostProxySamples) {
+        return fail(
+            ErrorCode::unsupported,
+            "the items have " + std::to_string(samples) +
+                " vertices, too many for pairs: at most " + std::to_string(kMostProxySamples)
+        );
+    }
+    return {};
+}
+
 } // namespace
 
 Result<std::vector<ProxyPair>> make_proxies(World& world, const ProxyOptions& options) {
-    if (!options.proxy.empty() && options.proxy != "grid" && options.proxy != "refined") {
+    const std::string& proxy = options.proxy;
+    if (!proxy.empty() && proxy != "grid" && proxy != "refined" && proxy != "mesh") {
         return fail(
             ErrorCode::invalid_argument,
-            "proxy \"" + options.proxy + "\" does not exist, expected one of grid, refined"
+            "proxy \"" + proxy + "\" does not exist, expected one of grid, refined, mesh"
         );
     }
-    std::vector<ProxyPair> pairs;
-    const std::size_t items = resting_items(world);
-    std::vector<bool> used(world.scene.meshes.size(), false);
-    for (std::size_t i = 0; i < items; ++i) {
-        used[index_of(world.scene.instances[i].mesh)] = true;
+    std::vector<std::uint32_t> uses(world.scene.meshes.size(), 0);
+    for (std::size_t i = 0; i < resting_items(world); ++i) {
+        ++uses[index_of(world.scene.instances[i].mesh)];
     }
-    for (std::size_t mesh = 0; mesh < used.size(); ++mesh) {
-        if (!used[mesh]) {
+    if (Result<void> checked = check_samples(world, uses); !checked) {
+        return tl::unexpected(std::move(checked).error());
+    }
+    std::vector<ProxyPair> pairs;
+    for (std::size_t mesh = 0; mesh < uses.size(); ++mesh) {
+        if (uses[mesh] == 0) {
             continue;
         }
-        if (Result<void> added = add_heights(world, mesh, options, pairs); !added) {
+        Result<void> added = proxy == "mesh" ? add_mesh(world, mesh, options, pairs)
+                                             : add_either(world, mesh, options, pairs);
+        if (!added) {
             return tl::unexpected(std::move(added).error());
         }
     }

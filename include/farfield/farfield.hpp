@@ -29,6 +29,7 @@
 #include <farfield/image/surface_finder.hpp>
 #include <farfield/image/surface_sampler.hpp>
 #include <farfield/math/box3.hpp>
+#include <farfield/math/closest_point.hpp>
 #include <farfield/math/frustum.hpp>
 #include <farfield/math/plane.hpp>
 #include <farfield/math/triangle_box.hpp>

@@ -120,8 +120,10 @@ build_mesh_proxy(const MeshProxyInput& input, const ProxyItems& items, Executor&
         const float height = height_over(pair.facets[on_coarse[i].triangle], pair.samples[i].point);
         pair.offset_m = std::max(pair.offset_m, std::abs(height));
     }
-    const std::vector<glm::vec3> coarse =
+    std::vector<glm::vec3> coarse = used_positions(input.coarse);
+    const std::vector<glm::vec3> between =
         points_of_surface(input.coarse, static_cast<std::uint32_t>(fine.size()));
+    coarse.insert(coarse.end(), between.begin(), between.end());
     const std::vector<SurfacePoint> on_fine = find(input.on_fine, coarse, executor);
     for (std::size_t i = 0; i < coarse.size(); ++i) {
         farthest = std::max(farthest, glm::distance(placed(coarse[i]), placed(on_fine[i].point)));

@@ -1,4 +1,4 @@
-#include "io/closest_point.hpp"
+#include "io/distance_tree.hpp"
 #include <farfield/core/assert.hpp>
 #include <farfield/io/mesh_tools.hpp>
 #include <farfield/scene/surface_points.hpp>

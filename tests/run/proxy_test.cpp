@@ -89,6 +89,32 @@ TEST_CASE("terrain gets a grid or a tree of triangles", "[proxy]") {
     CHECK(refined[0].quality.facets > 400);
 }
 
+TEST_CASE("any mesh gets one of fewer triangles", "[proxy]") {
+    World world = load(small_terrain());
+    const std::vector<ProxyPair> mesh = make(world, {.proxy = "mesh", .coarse_triangles = 300});
+    REQUIRE(mesh.size() == 1);
+    check_pairs(world, mesh);
+    CHECK_FALSE(is_refinable(mesh[0]));
+    CHECK(mesh[0].quality.facets <= 300);
+    CHECK(mesh[0].quality.facets > 290);
+    CHECK(mesh[0].samples.size() == 65 * 65);
+    CHECK(mesh[0].quality.hausdorff_m > 0.0);
+    CHECK(mesh[0].quality.hausdorff_m < 1600.0 / 4.0); // of the relief
+
+    // Trees on an island: heights of neither are a grid.
+    WorldOptions options;
+    options.scene_values = {{"trees", 3.0}, {"terrain-quads", 8.0}, {"tree-triangles", 2000.0}};
+    World island = load(options);
+    const std::vector<ProxyPair> pairs = make(island, {});
+    REQUIRE(pairs.size() == 4);
+    check_pairs(island, pairs);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        CHECK(index_of(pairs[i].fine) == i);
+    }
+    CHECK(pairs[1].facets.size() == pairs[3].facets.size());
+    CHECK(pairs[1].origin != pairs[3].origin);
+}
+
 TEST_CASE("what moves has no coarse model", "[proxy]") {
     WorldOptions options = small_terrain();
     options.movers = 3;
@@ -109,6 +135,10 @@ TEST_CASE("worlds that cannot have pairs say why", "[proxy]") {
         message_of(world, {.coarse_triangles = 1}).find("max_triangles is 1") != std::string::npos
     );
     CHECK(world.scene.instances.size() == 1);
+    WorldOptions forest;
+    forest.scene = "trees";
+    World trees = load(forest);
+    CHECK(message_of(trees, {}).find("too many for pairs: at most 16000000") != std::string::npos);
     const TemporaryFile file("roof.obj", farfield::test::roof_obj());
     WorldOptions options;
     options.scene = file.path();

@@ -99,7 +99,8 @@ struct MeshProxyInput {
 };
 
 /// Matches the vertices of a fine mesh to the closest points of a coarse one. Distances are
-/// measured from the fine vertices, and back from as many points all over the coarse surface.
+/// measured from the fine vertices, and back from the coarse ones and as many points all over the
+/// coarse surface as there are fine vertices.
 ///
 /// Blind spots: what a fine triangle does between its vertices, and that the closest point is not
 /// the one behind a vertex as an eye sees it. Where the placement does not keep angles, the closest

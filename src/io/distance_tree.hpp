@@ -11,10 +11,6 @@
 
 namespace farfield::io {
 
-/// The point of a triangle nearest to `p`; of a degenerate one, of its edges.
-[[nodiscard]] glm::dvec3
-closest_point(const glm::dvec3& p, const std::array<glm::dvec3, 3>& triangle) noexcept;
-
 /// Finds how far points are from a mesh: a tree of boxes over its triangles, halved by their
 /// centres along the longest axis.
 class DistanceTree {
