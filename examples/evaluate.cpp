@@ -230,9 +230,14 @@ Result<Prepared> prepare(
 }
 
 Result<void> run_walk(const run::ComparedWalk& walk, bool whole_pictures, Evaluation& evaluation) {
-    const auto world = run::load_world(walk.world);
+    auto world = run::load_world(walk.world);
     if (!world) {
         return tl::unexpected(world.error());
+    }
+    for (const run::ComparedRun& compared : walk.runs) {
+        if (Result<void> made = run::prepare(*world, compared.options); !made) {
+            return fail(made.error().code, compared.name + ": " + made.error().message);
+        }
     }
     run::Backends backends(*world);
     std::map<std::string, Backend*> references;

@@ -153,6 +153,9 @@ void print_table(const RunReport& report, const WalkResult& result) {
     if (report.work.images_created) {
         print_row("images made", static_cast<double>(*report.work.images_created), "");
     }
+    if (report.work.keyframes) {
+        print_row("keyframes made", static_cast<double>(*report.work.keyframes), "");
+    }
     if (report.memory.image_bytes_peak) {
         constexpr double kMib = 1024.0 * 1024.0;
         print_row(
@@ -254,6 +257,9 @@ Result<void> run_walk(const Options& options) {
     auto world = run::load_world(world_options);
     if (!world) {
         return tl::unexpected(world.error());
+    }
+    if (Result<void> prepared = run::prepare(*world, options.run); !prepared) {
+        return prepared;
     }
     run::Backends backends(*world);
     const auto backend = backends.make(options.run.backend);
@@ -357,14 +363,15 @@ Result<void> run_program(CLI::App& app, const std::function<void()>& parse) {
     Options options;
     run::add_scene_options(app, options.world);
     app.add_option("--technique", options.run.technique)
-        ->check(CLI::IsMember({"geometry", "mesh-lod", "image-cache", "color-cubes"}));
+        ->check(CLI::IsMember({"geometry", "mesh-lod", "image-cache", "color-cubes", "lod-sprite"})
+        );
     app.add_option("--backend", options.run.backend)
         ->check(CLI::IsMember({"opengl", "embree", "null"}));
     app.add_option(
         "--cost-model", options.run.cost_model, "file, or 'measure'; a stored one if not given"
     );
     app.add_option("--preset", options.run.preset)
-        ->check(CLI::IsMember({"shade1996", "schaufler1996"}));
+        ->check(CLI::IsMember({"shade1996", "schaufler1996", "chen1999", "guaranteed-sprite"}));
     app.add_option("--error-px", options.run.cache.error_px, "largest displacement [px]");
     app.add_option("--frames", options.world.frames, "how many frames of the path, at its own pace")
         ->check(CLI::Range(1, 10'000'000));
@@ -392,6 +399,7 @@ Result<void> run_program(CLI::App& app, const std::function<void()>& parse) {
     app.add_flag("--exact-pixels", options.run.cache.exact_pixels);
     run::add_axis_options(app, options.run);
     run::add_cube_options(app, options.run);
+    run::add_sprite_options(app, options.run);
     run::add_partition_options(app, options.world);
     app.add_option(
         "--overlap-px", options.run.cache.overlap_px, "least overlap of split surfaces [texels]"

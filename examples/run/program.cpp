@@ -132,6 +132,43 @@ void add_cube_options(CLI::App& app, RunOptions& options) {
     );
 }
 
+void add_sprite_options(CLI::App& app, RunOptions& options) {
+    LodSpriteOptions& sprite = options.sprite;
+    app.add_option("--proxy", options.proxy.proxy, "coarse models of lod-sprite")
+        ->check(CLI::IsMember({"grid", "refined"}));
+    app.add_option("--coarse", options.proxy.coarse, "grid: squares a side");
+    app.add_option(
+        "--coarse-triangles", options.proxy.coarse_triangles, "refined: of the finest choice"
+    );
+    add_names(
+        app, "--criterion", options.criterion, criterion_names(), "what keyframes are held to"
+    );
+    app.add_flag("--paper-theta", sprite.paper_theta, "one turn for all samples, with rms");
+    app.add_flag("--guaranteed", sprite.guaranteed, "keeps the threshold fragment by fragment");
+    app.add_option("--own-share", sprite.max_own_share, "most of a picture without its keyframe");
+    app.add_option("--max-texel-px", sprite.max_texel_px, "largest texel of a keyframe [px]");
+    app.add_flag_callback(
+        "--whole-triangles",
+        [&sprite] { sprite.visibility = SpriteVisibility::triangles; },
+        "triangles show a keyframe that sees all corners, or none"
+    );
+    app.add_option("--keyframes", sprite.max_keyframes, "most keyframes kept");
+    app.add_option("--keyframes-shown", sprite.keyframes_shown, "most keyframes in a frame");
+    app.add_option("--keyframe-margin", sprite.keyframe_margin, "of a keyframe's lens [factor]");
+    app.add_option(
+        "--predict-frames", sprite.predict_frames, "how far ahead keyframes are made [frames]"
+    );
+    app.add_option("--keyframe-tiles", sprite.keyframe_tiles, "frames that one is made in");
+    app.add_flag("--refine", sprite.refine, "cuts coarse models anew for every frame");
+    app.add_option("--refine-share", sprite.refine_share, "of the threshold, for cuts");
+    app.add_option("--max-triangles", sprite.max_triangles, "of cuts");
+    app.add_flag_callback(
+        "--always-keyframes",
+        [&sprite] { sprite.never_slower = false; },
+        "keyframes even where geometry is cheaper"
+    );
+}
+
 Result<void> make_folder(const std::string& folder) {
     if (folder.empty()) {
         return {};

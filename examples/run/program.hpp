@@ -30,6 +30,12 @@ void add_axis_options(CLI::App& app, RunOptions& options);
 /// --min-shared, --cubes.
 void add_cube_options(CLI::App& app, RunOptions& options);
 
+/// Adds the options that say how LOD-sprites are built and shown: --proxy, --coarse,
+/// --coarse-triangles, --criterion, --paper-theta, --guaranteed, --own-share, --max-texel-px,
+/// --whole-triangles, --keyframes, --keyframes-shown, --keyframe-margin, --predict-frames,
+/// --keyframe-tiles, --refine, --refine-share, --max-triangles, --always-keyframes.
+void add_sprite_options(CLI::App& app, RunOptions& options);
+
 /// Adds an option that takes one of the named values. CLI11 itself would print the values beside
 /// the names: bytes that no terminal should get.
 /// @param names outlives the app

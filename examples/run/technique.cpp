@@ -55,6 +55,18 @@ ImageCacheOptions cache_options(const RunOptions& options) {
     return cache;
 }
 
+LodSpriteOptions sprite_options(const RunOptions& options) {
+    LodSpriteOptions sprite = options.sprite;
+    sprite.error_px = options.cache.error_px;
+    if (options.preset == "chen1999") {
+        sprite = presets::chen1999(sprite);
+    } else if (options.preset == "guaranteed-sprite") {
+        sprite = presets::guaranteed_sprite(sprite);
+    }
+    sprite.criterion = options.criterion.value_or(sprite.criterion);
+    return sprite;
+}
+
 } // namespace
 
 const Names<ImageValidity>& validity_names() {
@@ -112,10 +124,17 @@ const Names<CubeColors>& cube_color_names() {
     return names;
 }
 
+const Names<SpriteCriterion>& criterion_names() {
+    static const Names<SpriteCriterion> names = {
+        {"rms", SpriteCriterion::rms}, {"largest", SpriteCriterion::largest}};
+    return names;
+}
+
 Result<void> validate(const RunOptions& options) {
-    constexpr std::array<std::string_view, 4> kTechniques = {
-        "geometry", "mesh-lod", "image-cache", "color-cubes"};
-    constexpr std::array<std::string_view, 2> kPresets = {"shade1996", "schaufler1996"};
+    constexpr std::array<std::string_view, 5> kTechniques = {
+        "geometry", "mesh-lod", "image-cache", "color-cubes", "lod-sprite"};
+    constexpr std::array<std::string_view, 4> kPresets = {
+        "shade1996", "schaufler1996", "chen1999", "guaranteed-sprite"};
     constexpr std::array<std::string_view, 2> kLevels = {"collapse", "cluster"};
     constexpr std::array<std::string_view, 3> kBackends = {"opengl", "embree", "null"};
     if (auto known = check_name("technique", options.technique, kTechniques); !known) {
@@ -124,10 +143,29 @@ Result<void> validate(const RunOptions& options) {
     if (auto known = check_name("preset", options.preset, kPresets); !known) {
         return known;
     }
+    const bool of_sprites = options.preset == "chen1999" || options.preset == "guaranteed-sprite";
+    if (of_sprites && options.technique != "lod-sprite") {
+        return fail(
+            ErrorCode::invalid_argument,
+            "preset \"" + options.preset + "\" is one of lod-sprite, not of " + options.technique
+        );
+    }
     if (auto known = check_name("levels", options.levels, kLevels); !known) {
         return known;
     }
     return check_name("backend", options.backend, kBackends);
+}
+
+Result<void> prepare(World& world, const RunOptions& options) {
+    if (options.technique != "lod-sprite" || !world.pairs.empty()) {
+        return {};
+    }
+    auto pairs = make_proxies(world, options.proxy);
+    if (!pairs) {
+        return tl::unexpected(std::move(pairs).error());
+    }
+    world.pairs = std::move(*pairs);
+    return {};
 }
 
 Result<Technique>
@@ -174,6 +212,19 @@ Technique::create(const World& world, const RunOptions& options, Backend& backen
         technique.cubes_ = std::make_unique<ColorCubes>(std::move(*made));
         return technique;
     }
+    if (options.technique == "lod-sprite") {
+        LodSpriteOptions sprite = sprite_options(options);
+        sprite.costs = *costs;
+        sprite.image_budget_bytes = options.budget_mib << 20U;
+        sprite.keyframe_samples = options.cache.image_samples;
+        auto made = LodSprite::create(world.hierarchy, world.pairs, sprite);
+        if (!made) {
+            return tl::unexpected(std::move(made).error());
+        }
+        technique.sprite_ = std::make_unique<LodSprite>(std::move(*made));
+        technique.sprite_options_ = sprite;
+        return technique;
+    }
     ImageCacheOptions cache = cache_options(options);
     cache.costs = *costs;
     cache.frame_samples = options.samples;
@@ -200,6 +251,13 @@ Planner Technique::planner() const {
             [cubes = cubes_.get()](const View& view, const Motion& /*motion*/) -> const FramePlan& {
             return cubes->plan(view);
         };
+    } else if (sprite_) {
+        planner.plan = [sprite = sprite_.get()](
+                           const View& view, const Motion& motion
+                       ) -> const FramePlan& { return sprite->plan(view, motion); };
+        planner.keyframes = [sprite = sprite_.get()]() -> const LodSpriteStatistics& {
+            return sprite->statistics();
+        };
     } else {
         planner.plan = [cache = cache_.get()](
                            const View& view, const Motion& motion
@@ -212,25 +270,34 @@ Planner Technique::planner() const {
 }
 
 std::optional<double> Technique::promise_px() const noexcept {
+    if (sprite_ && sprite_options_.guaranteed) {
+        return sprite_options_.error_px;
+    }
     return cache_ ? std::optional(cache_options_.error_px) : std::nullopt;
 }
 
 void Technique::add_to_report(RunReport& report) const {
     report.technique = options_.technique;
-    report.preset = cache_ ? options_.preset : levels_ ? options_.levels : "";
+    const bool of_sprites = options_.preset == "chen1999" || options_.preset == "guaranteed-sprite";
+    report.preset = cache_ || (sprite_ && of_sprites) ? options_.preset
+                    : levels_                         ? options_.levels
+                                                      : "";
     report.backend = options_.backend;
-    if (cache_ || levels_) {
+    if (cache_ || levels_ || sprite_) {
         report.error_px = options_.cache.error_px;
     }
     if (cubes_) {
         report.memory.hierarchy_bytes = memory_bytes(cube_model_->model);
         report.scene.build_ms = cube_model_->build_s * 1e3;
     }
-    if (cache_ || cubes_) {
+    if (cache_ || cubes_ || sprite_) {
         report.cost_model = costs_;
     }
     if (cache_) {
         report.memory.image_budget_bytes = cache_options_.image_budget_bytes;
+    }
+    if (sprite_) {
+        report.memory.image_budget_bytes = sprite_options_.image_budget_bytes;
     }
 }
 

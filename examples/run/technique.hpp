@@ -1,6 +1,7 @@
 #pragma once
 
 #include "run/color_cubes.hpp"
+#include "run/proxy.hpp"
 #include "run/world.hpp"
 #include <farfield/core/result.hpp>
 #include <farfield/eval/run_report.hpp>
@@ -9,6 +10,7 @@
 #include <farfield/technique/color_cubes.hpp>
 #include <farfield/technique/culled_geometry.hpp>
 #include <farfield/technique/image_cache.hpp>
+#include <farfield/technique/lod_sprite.hpp>
 #include <farfield/technique/mesh_lod.hpp>
 
 #include <cstdint>
@@ -33,13 +35,18 @@ using Names = std::map<std::string, Value>;
 [[nodiscard]] const Names<CubeSheets>& cube_sheet_names();
 [[nodiscard]] const Names<CubeColors>& cube_color_names();
 
+/// The same of LOD-sprites.
+[[nodiscard]] const Names<SpriteCriterion>& criterion_names();
+
 /// One technique on one backend. Names as the options of the programs.
 struct RunOptions {
-    /// geometry, mesh-lod, image-cache or color-cubes
+    /// geometry, mesh-lod, image-cache, color-cubes or lod-sprite
     std::string technique = "image-cache";
-    std::string preset = "shade1996"; ///< of an image cache: shade1996 or schaufler1996
-    std::string levels = "collapse";  ///< of mesh-lod: collapse or cluster
-    std::string backend = "opengl";   ///< opengl, embree or null
+    /// Of an image cache: shade1996 or schaufler1996; of LOD-sprites chen1999 or guaranteed-sprite,
+    /// and with any other their options as they are.
+    std::string preset = "shade1996";
+    std::string levels = "collapse"; ///< of mesh-lod: collapse or cluster
+    std::string backend = "opengl";  ///< opengl, embree or null
     /// File of a cost model; "measure"; empty: the stored one of the backend.
     std::string cost_model;
     /// What the preset leaves open; `error_px` is that of mesh-lod as well.
@@ -52,10 +59,18 @@ struct RunOptions {
     std::int32_t samples = 1; ///< per pixel of the frame
     CubeModelOptions cube_model;
     ColorCubesOptions cubes; ///< all but the costs
+    ProxyOptions proxy;      ///< coarse models of `lod-sprite`
+    LodSpriteOptions sprite; ///< all but the threshold, the budget and the costs
+    /// In place of what the preset says.
+    std::optional<SpriteCriterion> criterion;
 };
 
 /// Checks names and what the options cannot mean together.
 [[nodiscard]] Result<void> validate(const RunOptions& options);
+
+/// Makes what a technique needs of a world beyond its hierarchy: pairs of fine and coarse models,
+/// unless there are any. Comes before backends are made of the world.
+[[nodiscard]] Result<void> prepare(World& world, const RunOptions& options);
 
 /// A technique made as options say, whichever it is. It may be moved, what it hands out stays.
 class Technique {
@@ -75,7 +90,11 @@ class Technique {
     [[nodiscard]] const ColorCubes* cubes() const noexcept { return cubes_.get(); }
     [[nodiscard]] const CubeModel* cube_model() const noexcept { return cube_model_.get(); }
 
-    /// What it promises; none for all but image caches.
+    /// Null unless it is LOD-sprites.
+    [[nodiscard]] const LodSprite* sprite() const noexcept { return sprite_.get(); }
+
+    /// What it promises; none for all but image caches, and LOD-sprites that promise it for every
+    /// fragment.
     [[nodiscard]] std::optional<double> promise_px() const noexcept;
 
     /// Fills in what is known without walking.
@@ -88,7 +107,9 @@ class Technique {
     std::unique_ptr<ImageCache> cache_;
     std::unique_ptr<CubeModel> cube_model_;
     std::unique_ptr<ColorCubes> cubes_;
+    std::unique_ptr<LodSprite> sprite_;
     ImageCacheOptions cache_options_;
+    LodSpriteOptions sprite_options_;
     CostModel costs_;
 };
 

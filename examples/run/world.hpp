@@ -4,6 +4,7 @@
 #include "scenes/scene_catalog.hpp"
 #include <farfield/core/result.hpp>
 #include <farfield/eval/camera_path.hpp>
+#include <farfield/image/proxy_pair.hpp>
 #include <farfield/math/view.hpp>
 #include <farfield/partition/bsp.hpp>
 #include <farfield/partition/hierarchy.hpp>
@@ -41,12 +42,13 @@ struct WorldOptions {
 };
 
 /// A scene with its hierarchy and the walk through it. Backends draw `scene`, which has the levels
-/// of detail after the items of the hierarchy.
+/// of detail and coarse models after the items of the hierarchy.
 struct World {
     Scene scene;
     Hierarchy hierarchy;
-    LodTable collapsed; ///< levels by edge collapse
-    LodTable clustered; ///< levels by clustering
+    LodTable collapsed;           ///< levels by edge collapse
+    LodTable clustered;           ///< levels by clustering
+    std::vector<ProxyPair> pairs; ///< of items of the hierarchy; none unless `prepare` makes them
     std::vector<std::uint64_t> item_primitives;
     std::vector<glm::dmat4x3> item_frames;
     std::vector<Mover> movers;

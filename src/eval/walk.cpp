@@ -498,6 +498,9 @@ Result<void> Walk::run_contender(std::size_t index, int frame) {
     if (contender.planner.statistics) {
         measured.cache = contender.planner.statistics();
     }
+    if (contender.planner.keyframes) {
+        measured.sprite = contender.planner.keyframes();
+    }
     result.image_bytes_peak = std::max(result.image_bytes_peak, contender.backend->image_bytes());
     disparity_.reset();
     if (contender.positions != nullptr) {
@@ -656,6 +659,11 @@ void fill(const ContenderResult& result, RunReport::Work& report) {
         stale += frame.cache.images_stale;
         evicted += frame.cache.images_evicted;
         refused += frame.cache.images_refused;
+        if (frame.sprite) {
+            const std::uint64_t made =
+                frame.sprite->keyframes_made + frame.sprite->keyframes_predicted;
+            report.keyframes = report.keyframes.value_or(0) + made;
+        }
     }
     const auto frames = static_cast<double>(result.frames.size());
     report.triangles_per_frame = static_cast<double>(work.triangles) / frames;

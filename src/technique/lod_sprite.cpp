@@ -986,7 +986,10 @@ bool LodSprite::Impl::cut_models() noexcept {
         cut.count = model.coarse;
         if (options.refine && is_refinable(*model.pair)) {
             cut_eyes.clear();
-            for (std::uint32_t k = 0; k < shown_count; ++k) {
+            // Where every fragment is held to the threshold, a second keyframe fills holes as well
+            // as it can: it may be from far off, and would ask for the finest cut.
+            const std::uint32_t held = options.guaranteed ? 1U : shown_count;
+            for (std::uint32_t k = 0; k < held; ++k) {
                 cut_eyes.push_back(store.slot(shown[k]).camera.view.eye - model.pair->origin);
             }
             CutQuery query;

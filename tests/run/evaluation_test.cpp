@@ -328,12 +328,12 @@ TEST_CASE("what there is none of is refused with what there is", "[evaluation]")
     CHECK(
         message_of(plan_with("", R"(, "technique": "magic")")) ==
         "plan.json: walks[0].runs[0]: technique \"magic\" does not exist, expected one of "
-        "geometry, mesh-lod, image-cache, color-cubes"
+        "geometry, mesh-lod, image-cache, color-cubes, lod-sprite"
     );
     CHECK(
         message_of(plan_with("", R"(, "preset": "")")) ==
         "plan.json: walks[0].runs[0]: preset \"\" does not exist, expected one of shade1996, "
-        "schaufler1996"
+        "schaufler1996, chen1999, guaranteed-sprite"
     );
     CHECK_THAT(
         message_of(plan_with("", R"(, "levels": "magic")")),

@@ -68,14 +68,15 @@ TEST_CASE("names of what does not exist are refused with what does", "[technique
         CHECK(
             message_of(run::validate(options)) ==
             "technique \"imagecache\" does not exist, expected one of geometry, mesh-lod, "
-            "image-cache, color-cubes"
+            "image-cache, color-cubes, lod-sprite"
         );
     }
     SECTION("preset") {
         options.preset = "shade";
         CHECK(
             message_of(run::validate(options)) ==
-            "preset \"shade\" does not exist, expected one of shade1996, schaufler1996"
+            "preset \"shade\" does not exist, expected one of shade1996, schaufler1996, "
+            "chen1999, guaranteed-sprite"
         );
     }
     SECTION("levels") {
@@ -138,6 +139,63 @@ TEST_CASE("each technique plans, and promises what it can", "[technique]") {
             CHECK(*report.memory.image_budget_bytes == options.budget_mib << 20U);
         }
     }
+}
+
+TEST_CASE("pairs are made for the technique that shows them, and for no other", "[technique]") {
+    run::WorldOptions small;
+    small.scene = "terrain";
+    small.scene_values["posts"] = 65;
+    auto loaded = run::load_world(small);
+    REQUIRE(loaded);
+    World& terrain = *loaded;
+    const std::size_t items = terrain.item_primitives.size();
+    REQUIRE(run::prepare(terrain, options_of("image-cache")));
+    CHECK(terrain.pairs.empty());
+    CHECK(terrain.item_primitives.size() == items);
+
+    RunOptions options = options_of("lod-sprite");
+    options.proxy.proxy = "grid";
+    options.proxy.coarse = 4;
+    REQUIRE(run::prepare(terrain, options));
+    REQUIRE(terrain.pairs.size() == 1);
+    CHECK(terrain.item_primitives.size() == items + 1);
+    CHECK(terrain.item_primitives.back() == 32);
+    REQUIRE(run::prepare(terrain, options)); // they are there
+    CHECK(terrain.item_primitives.size() == items + 1);
+
+    NullBackend backend(terrain.item_primitives, &terrain.hierarchy);
+    const auto target = backend.create_target(terrain.width, terrain.height, 1);
+    REQUIRE(target);
+    for (const char* preset : {"shade1996", "chen1999", "guaranteed-sprite"}) {
+        CAPTURE(preset);
+        options.preset = preset;
+        options.cache.error_px = 3.0;
+        options.criterion = farfield::SpriteCriterion::rms;
+        options.sprite.never_slower = false;
+        auto made = Technique::create(terrain, options, backend);
+        REQUIRE(made);
+        const Planner planner = made->planner();
+        const Technique technique = std::move(*made);
+        REQUIRE(technique.sprite() != nullptr);
+        CHECK(backend.execute(planner.plan(terrain.view(0), Motion{}), *target, {}));
+        REQUIRE(planner.keyframes);
+        CHECK(planner.keyframes().keyframes_made == 1);
+        CHECK_FALSE(static_cast<bool>(planner.statistics));
+        const bool guaranteed = options.preset == "guaranteed-sprite";
+        CHECK(technique.promise_px() == (guaranteed ? std::optional(3.0) : std::nullopt));
+        RunReport report;
+        technique.add_to_report(report);
+        CHECK(report.technique == "lod-sprite");
+        CHECK(report.preset == (options.preset == "shade1996" ? "" : preset));
+        CHECK(report.error_px == 3.0);
+        CHECK(*report.memory.image_budget_bytes == options.budget_mib << 20U);
+    }
+    options.technique = "image-cache";
+    options.preset = "chen1999";
+    CHECK(
+        message_of(run::validate(options)) ==
+        "preset \"chen1999\" is one of lod-sprite, not of image-cache"
+    );
 }
 
 TEST_CASE("what techniques themselves refuse comes through", "[technique]") {

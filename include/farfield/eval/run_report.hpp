@@ -108,7 +108,7 @@ struct RunReport {
         std::optional<std::uint64_t> combined;
         std::optional<std::uint64_t> reused;
         std::optional<std::uint64_t> impossible;
-        std::optional<std::uint64_t> keyframes;
+        std::optional<std::uint64_t> keyframes; ///< made; none: no technique of keyframes
         std::optional<std::uint64_t> budget_misses;
     };
     struct Memory {

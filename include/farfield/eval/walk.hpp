@@ -10,6 +10,7 @@
 #include <farfield/partition/hierarchy.hpp>
 #include <farfield/technique/culled_geometry.hpp>
 #include <farfield/technique/image_cache.hpp>
+#include <farfield/technique/lod_sprite.hpp>
 
 #include <glm/ext/matrix_double4x3.hpp>
 
@@ -29,6 +30,8 @@ struct Planner {
     std::function<const FramePlan&(const View&, const Motion&)> plan;
     /// What that plan did with images; empty: it has none.
     std::function<const ImageCacheStatistics&()> statistics;
+    /// What it did with keyframes; empty: it has none.
+    std::function<const LodSpriteStatistics&()> keyframes;
 };
 
 /// One technique on one backend: what is measured.
@@ -104,6 +107,7 @@ struct WalkFrame {
     std::optional<double> disparity_max_px;
     PlanWork work;
     ImageCacheStatistics cache;
+    std::optional<LodSpriteStatistics> sprite; ///< of a technique that has keyframes
 };
 
 /// Pictures of one frame of one contender.
