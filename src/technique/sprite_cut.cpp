@@ -1,11 +1,10 @@
 #include "technique/sprite_cut.hpp"
 
-#include <farfield/metric/sprite_angle.hpp>
-
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace farfield {
@@ -50,7 +49,7 @@ struct CutWalk {
     std::vector<std::uint32_t>& out;
     glm::dvec3 axis;
     std::size_t first;
-    double threshold_rad;
+    CutLimit limit;
     float offset_m = 0.0F;
 
     [[nodiscard]] bool is_full() const noexcept { return out.size() - first > query.most; }
@@ -82,7 +81,7 @@ struct CutWalk {
             query.drawn_from.begin(),
             query.drawn_from.end(),
             [&](const glm::dvec3& drawn_from) {
-                return split_angle(split, axis, drawn_from, query.seen_from) > threshold_rad;
+                return exceeds(split, axis, drawn_from, query.seen_from, limit);
             }
         );
     }
@@ -90,51 +89,69 @@ struct CutWalk {
 
 } // namespace
 
-double split_angle(
+CutLimit limit_of(double threshold_rad) noexcept {
+    constexpr double kRight = std::numbers::pi / 2.0;
+    CutLimit limit;
+    limit.sine = std::sin(std::min(threshold_rad, kRight));
+    limit.tangent =
+        threshold_rad < kRight ? std::tan(threshold_rad) : std::numeric_limits<double>::infinity();
+    limit.all = threshold_rad >= std::numbers::pi;
+    return limit;
+}
+
+bool exceeds(
     const ProxySplit& split,
     const glm::dvec3& axis,
     const glm::dvec3& drawn_from,
-    const glm::dvec3& seen_from
+    const glm::dvec3& seen_from,
+    const CutLimit& limit
 ) noexcept {
+    if (split.offset == 0.0F || limit.all) {
+        return false;
+    }
     const glm::dvec3 center(split.center);
     const double radius = double{split.radius};
-    if (split.offset == 0.0F) {
-        return 0.0;
-    }
     const double distance = glm::distance(center, seen_from) - radius;
     const double beside = distance_to_segment(center, drawn_from, seen_from) - radius;
     if (distance <= 0.0 || beside <= 0.0) {
-        return std::numbers::pi;
+        return true;
     }
     const glm::dvec3 ray = center - drawn_from;
     const double cosine = (std::abs(glm::dot(axis, ray)) - radius) / (glm::length(ray) + radius);
     const double offset = double{split.offset} / std::max(cosine, kLeastCosine);
-    const double turn = std::min(
-        2.0 * std::atan(glm::distance(drawn_from, seen_from) / (2.0 * beside)), std::numbers::pi
-    );
-    return std::max(
-        metric::sprite_angle_bound_unchecked(turn, distance, offset),
-        metric::sprite_angle_bound_unchecked(turn, distance, -offset)
-    );
+    if (offset <= limit.sine * distance) {
+        return false; // whatever the turn
+    }
+    // The turn is twice the angle of this tangent, so that its sine and cosine need no more.
+    const double half = glm::distance(drawn_from, seen_from) / (2.0 * beside);
+    const double scale = 1.0 / (1.0 + half * half);
+    const double turn_sine = 2.0 * half * scale;
+    const double turn_cosine = (1.0 - half * half) * scale;
+    // Towards the eye an offset is worse than away from it. Beyond the turn where the angle is
+    // greatest it is that of the sine, which is over the limit already.
+    return distance * turn_cosine <= offset ||
+           offset * turn_sine > limit.tangent * (distance - offset * turn_cosine);
 }
 
 Cut cut_coarse(
     const ProxyPair& pair, const CutQuery& query, std::vector<std::uint32_t>& out
 ) noexcept {
-    CutWalk walk{pair, query, out, glm::dvec3(pair.nodes[0].axis), out.size(), query.threshold_rad};
+    CutWalk walk{pair, query, out, glm::dvec3(pair.nodes[0].axis), out.size(), {}};
+    double threshold_rad = query.threshold_rad;
     for (int doubling = 0; doubling < kMostDoublings; ++doubling) {
         out.resize(walk.first);
         walk.offset_m = 0.0F;
+        walk.limit = limit_of(threshold_rad);
         for (std::uint32_t root = 0; root < pair.root_count; ++root) {
             walk.visit(root, false);
         }
         if (!walk.is_full()) {
-            return {out.size() - walk.first, walk.threshold_rad, walk.offset_m, true};
+            return {out.size() - walk.first, threshold_rad, walk.offset_m, true};
         }
-        if (walk.threshold_rad > std::numbers::pi) {
+        if (walk.limit.all) {
             break;
         }
-        walk.threshold_rad *= 2.0;
+        threshold_rad *= 2.0;
     }
     out.resize(walk.first);
     return {0, std::numbers::pi, pair.offset_m, false};

@@ -30,15 +30,26 @@ struct Cut {
     bool complete = true;       ///< false: even the roots in view are more than `most`
 };
 
-/// Largest angle by which a triangle with this split shows what it stands for off its place, over
-/// all points of its sphere. Never falls with the radius of nested spheres nor with the offset, so
-/// that triangles along an edge decide alike. [rad]
+/// A threshold, for many triangles.
+struct CutLimit {
+    double sine = 0.0;
+    double tangent = 0.0; ///< infinite for a right angle and more
+    bool all = false;     ///< no angle is more
+};
+[[nodiscard]] CutLimit limit_of(double threshold_rad) noexcept;
+
+/// Whether a triangle with this split may show what it stands for farther off its place than the
+/// limit, over all points of its sphere and offsets either way: the bound of
+/// `metric::sprite_angle_bound_unchecked` for the least distance and the largest turn. Never turns
+/// false as the radius of nested spheres or the offset grows, so that triangles along an edge
+/// decide alike.
 /// @param axis unit: what facets face, about; rays count as they cross it
-[[nodiscard]] double split_angle(
+[[nodiscard]] bool exceeds(
     const ProxySplit& split,
     const glm::dvec3& axis,
     const glm::dvec3& drawn_from,
-    const glm::dvec3& seen_from
+    const glm::dvec3& seen_from,
+    const CutLimit& limit
 ) noexcept;
 
 /// Appends the triangles of the coarse mesh to draw: those in the frustum, without cracks between
