@@ -58,6 +58,8 @@ constexpr double kMostTurn = std::numbers::pi / 3.0;
 constexpr double kFarthestAhead = 4.0;
 constexpr int kHalvings = 6;
 constexpr double kSpare = 0.75;
+// As `validate` has it.
+constexpr std::size_t kMostTiles = 64;
 // So many keyframes in a row that died before they paid, and none is made for a while: twice as
 // long every time, up to 2^6 frames.
 constexpr std::uint32_t kShortLives = 2;
@@ -65,6 +67,9 @@ constexpr std::uint32_t kMostPause = 6;
 // Depths of keyframes reach this share beyond the boxes of what they show: what is at the far end
 // must not be taken for nothing.
 constexpr float kDepthMargin = 1e-3F;
+
+// Keyframes are of all that there is: of the root, for those who measure.
+constexpr std::uint32_t kKeyframeNode = 0;
 
 /// What drawing something comes to.
 struct Work {
@@ -158,6 +163,7 @@ struct LodSprite::Impl {
     std::optional<std::uint32_t> current;   ///< the keyframe in use
     std::optional<std::uint32_t> successor; ///< a foreseen one, to take over
     std::optional<std::uint32_t> building;
+    std::array<std::int32_t, kMostTiles + 1> tile_edges{}; ///< [texel] of the one being made
     std::uint32_t short_lives = 0;
     std::uint64_t resume_frame = 0;
     std::array<std::uint32_t, kMostKeyframes> shown{};
@@ -183,11 +189,21 @@ struct LodSprite::Impl {
         const UsePiece& use_piece
     ) const noexcept;
     void write_contents(const Frustum& within, const glm::vec3& eye, bool of_models) noexcept;
+    /// Triangles of a whole item, or what items of its leaf have on average. @param place of it
+    [[nodiscard]] std::uint64_t
+    primitives_of(const HierarchyNode& leaf, std::uint32_t place) const noexcept {
+        return hierarchy->item_primitives.empty() ? leaf.item_primitives / leaf.item_count
+                                                  : hierarchy->item_primitives[place];
+    }
     [[nodiscard]] Work work_within(const Frustum& within) const noexcept;
 
     void look(Seen& seen) noexcept;
     [[nodiscard]] bool surveys() const noexcept {
         return options.max_own_share < 1.0 || options.keyframes_shown > 1;
+    }
+    /// Whether a keyframe, or several together, that lose a share of the picture may be shown.
+    [[nodiscard]] bool serves(float lost) const noexcept {
+        return options.max_own_share >= 1.0 || double{lost} <= options.max_own_share;
     }
     [[nodiscard]] SpriteEyes
     eyes_of(const Model& model, const View& drawn, const View& seen) const noexcept;
@@ -218,6 +234,7 @@ struct LodSprite::Impl {
     [[nodiscard]] SpriteCriterion life_criterion() const noexcept {
         return options.guaranteed ? SpriteCriterion::rms : options.criterion;
     }
+    void place_tiles(const KeyframeSlot& slot) noexcept;
     void make_tile() noexcept;
     [[nodiscard]] bool finish_early() noexcept;
 
@@ -416,7 +433,7 @@ void LodSprite::Impl::for_contents(
     for (std::uint32_t k = 0; pieces && k < node.piece_count; ++k) {
         const Piece& piece = hierarchy->pieces[node.first_piece + k];
         if (is_model(piece.item) == of_models) {
-            use_piece(piece);
+            use_piece(node, piece);
         }
     }
 }
@@ -432,7 +449,9 @@ void LodSprite::Impl::write_contents(
         [&](const HierarchyNode& /*node*/, std::uint32_t place) {
             writer.item(hierarchy->items[place]);
         },
-        [&](const Piece& piece) { writer.piece(piece, Command::kNoClip); }
+        [&](const HierarchyNode& /*node*/, const Piece& piece) {
+            writer.piece(piece, Command::kNoClip);
+        }
     );
 }
 
@@ -444,12 +463,10 @@ Work LodSprite::Impl::work_within(const Frustum& within) const noexcept {
         now.camera.eye,
         true,
         [&](const HierarchyNode& node, std::uint32_t place) {
-            work.primitives += hierarchy->item_primitives.empty()
-                                   ? node.item_primitives / node.item_count
-                                   : hierarchy->item_primitives[place];
+            work.primitives += primitives_of(node, place);
             ++work.draws;
         },
-        [&](const Piece& piece) {
+        [&](const HierarchyNode& /*node*/, const Piece& piece) {
             work.primitives += piece.count;
             ++work.draws;
         }
@@ -617,7 +634,7 @@ bool LodSprite::Impl::complete_choice(std::uint32_t first) noexcept {
         lost = least;
     }
     statistics.own_share = double{lost};
-    return options.max_own_share >= 1.0 || double{lost} <= options.max_own_share;
+    return serves(lost);
 }
 
 /// Finds the keyframes for the view; false where none serves.
@@ -633,8 +650,7 @@ bool LodSprite::Impl::choose() noexcept {
         }
         return slot.judged_right;
     };
-    if (successor && judge_now(*successor) &&
-        double{store.slot(*successor).judged_lost} <= options.max_own_share) {
+    if (successor && judge_now(*successor) && serves(store.slot(*successor).judged_lost)) {
         current = successor;
     }
     successor.reset();
@@ -771,6 +787,10 @@ void LodSprite::Impl::begin_keyframe(KeyframeSlot& slot, const View& view) noexc
     // Where there is nothing in view, as may be foreseen, any depths do.
     slot.copy_far = std::clamp(farthest, slot.copy_near, lens_far);
     slot.copy_far += kDepthMargin * std::max(slot.copy_far - slot.copy_near, slot.copy_near);
+    if (surveys()) {
+        made_survey.look(survey_models, slot.camera);
+        slot.depths = made_survey.depths();
+    }
 }
 
 void LodSprite::Impl::write_keyframe_pass(
@@ -791,6 +811,7 @@ void LodSprite::Impl::write_keyframe_pass(
     pass.copy = part;
     pass.copy_near = slot.copy_near;
     pass.copy_far = slot.copy_far;
+    pass.node = kKeyframeNode;
     writer.close(pass);
     statistics.texels_created += area(part);
 }
@@ -800,10 +821,6 @@ void LodSprite::Impl::finish_keyframe(KeyframeSlot& slot) noexcept {
     slot.made_frame = frame_number;
     slot.used_frame = frame_number;
     slot.judged_frame = 0;
-    if (surveys()) {
-        made_survey.look(survey_models, slot.camera);
-        slot.depths = made_survey.depths();
-    }
 }
 
 void LodSprite::Impl::make_at_once(const View& view) noexcept {
@@ -828,14 +845,8 @@ void LodSprite::Impl::make_at_once(const View& view) noexcept {
 void LodSprite::Impl::make_tile() noexcept {
     KeyframeSlot& slot = store.slot(*building);
     const View& view = slot.camera.view;
-    // Columns: each sees as much of the ground, near and far, as any other.
-    const auto column = [&](std::uint32_t tile) {
-        return static_cast<std::int32_t>(
-            std::int64_t{view.width} * tile / std::int64_t{options.keyframe_tiles}
-        );
-    };
-    const std::int32_t left = column(slot.tiles);
-    const std::int32_t right = column(slot.tiles + 1);
+    const std::int32_t left = tile_edges[slot.tiles];
+    const std::int32_t right = tile_edges[slot.tiles + 1];
     ++slot.tiles;
     if (right > left) {
         write_keyframe_pass(slot, {left, 0, right - left, view.height}, 0);
@@ -861,15 +872,58 @@ void LodSprite::Impl::make_tile() noexcept {
     building.reset();
 }
 
+/// Divides a keyframe into columns, each with about as many triangles as any other.
+void LodSprite::Impl::place_tiles(const KeyframeSlot& slot) noexcept {
+    constexpr std::size_t kBins = 128;
+    std::array<std::uint64_t, kBins> bins{};
+    const ImageCamera& camera = slot.camera;
+    const Lens& lens = camera.view.lens;
+    const auto bin_of = [&](const Box3f& box) {
+        const glm::vec3 offset = center(box) - camera.eye;
+        const double depth = double{glm::dot(offset, camera.forward)};
+        // What is beside the eye is in view on one side or the other: it is near, and seldom much.
+        const double tangent =
+            double{glm::dot(offset, camera.right)} / std::max(depth, lens.near_distance);
+        const double part = (tangent - lens.left) / (lens.right - lens.left);
+        return static_cast<std::size_t>(std::clamp(part, 0.0, 1.0) * (kBins - 1));
+    };
+    for_contents(
+        0,
+        make_frustum(camera.view, hierarchy->origin),
+        camera.eye,
+        true,
+        [&](const HierarchyNode& node, std::uint32_t place) {
+            bins[bin_of(node.items_box)] += primitives_of(node, place);
+        },
+        [&](const HierarchyNode& node, const Piece& piece) {
+            bins[bin_of(node.pieces_box)] += piece.count;
+        }
+    );
+    std::uint64_t all = 0;
+    for (const std::uint64_t count : bins) {
+        all += count;
+    }
+    const std::uint64_t tiles = options.keyframe_tiles;
+    const auto width = static_cast<std::uint64_t>(camera.view.width);
+    std::uint64_t sum = 0;
+    std::size_t bin = 0;
+    for (std::uint64_t tile = 0; tile <= tiles; ++tile) {
+        while (bin < kBins && sum * tiles < all * tile) {
+            sum += bins[bin++];
+        }
+        const std::uint64_t edge = tile == tiles ? width : width * bin / kBins;
+        tile_edges[tile] = static_cast<std::int32_t>(edge);
+    }
+}
+
 /// Makes what is left of a foreseen keyframe that is right already, where it is needed earlier than
 /// was foreseen; false where there is none.
 bool LodSprite::Impl::finish_early() noexcept {
     if (!building) {
         return false;
     }
-    const View& drawn = store.slot(*building).camera.view;
-    const double ignore = kSmallError * threshold_rad;
-    if (!is_right(error_of(drawn, *now.view, life_criterion(), ignore))) {
+    const Judgement judgement = judge(*building, now);
+    if (!judgement.right || !serves(judgement.lost)) {
         return false;
     }
     while (building) {
@@ -899,8 +953,7 @@ void LodSprite::Impl::foresee(const View& view) noexcept {
         }
         const Judgement judgement = judge(i, ahead);
         store.slot(i).judged_frame = 0;
-        if (judgement.right &&
-            (options.max_own_share >= 1.0 || double{judgement.lost} <= options.max_own_share)) {
+        if (judgement.right && serves(judgement.lost)) {
             return;
         }
     }
@@ -908,6 +961,7 @@ void LodSprite::Impl::foresee(const View& view) noexcept {
     if (building) {
         KeyframeSlot& slot = store.slot(*building);
         begin_keyframe(slot, best_place(view, then));
+        place_tiles(slot);
         slot.whole = false;
         make_tile();
     }
@@ -950,6 +1004,7 @@ void LodSprite::Impl::write_image_frame(const View& view, std::uint32_t index) n
     );
     ImageQuad quad;
     quad.page = slot.page;
+    quad.node = kKeyframeNode;
     quad.source = {0, 0, camera.view.width, camera.view.height};
     quad.origin =
         camera.eye + plane * (camera.forward + static_cast<float>(lens.left) * camera.right +
@@ -1050,6 +1105,7 @@ void LodSprite::Impl::write_projected(std::size_t first, std::size_t last) noexc
         const KeyframeSlot& slot = store.slot(shown[k]);
         Keyframe keyframe;
         keyframe.page = slot.page;
+        keyframe.node = kKeyframeNode;
         keyframe.source = {0, 0, slot.camera.view.width, slot.camera.view.height};
         keyframe.view = slot.camera.view;
         keyframe.copy_near = slot.copy_near;
