@@ -1,6 +1,7 @@
 // Casting and blending on the CPU: frames of the island of 1117 trees, an image of one tree, image
-// quads, which cost nothing but their pixels, and splats and cubes.
+// quads, which cost nothing but their pixels, splats and cubes, and projected keyframes.
 #include "cells.hpp"
+#include "keyframes.hpp"
 #include "support/small_scene.hpp"
 #include <farfield/core/executor.hpp>
 #include <farfield/embree/embree_backend.hpp>
@@ -248,6 +249,17 @@ void show_cells(benchmark::State& state) {
     bench::show_cells(state, **made);
 }
 BENCHMARK(show_cells)->Apply(bench::cell_arguments)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// Projects keyframes. @see bench::keyframe_arguments
+void project(benchmark::State& state) {
+    const auto made = embree::EmbreeBackend::create(bench::keyframe_scene(), nullptr);
+    if (!made) {
+        state.SkipWithError(made.error().message.c_str());
+        return;
+    }
+    bench::show_keyframes(state, **made);
+}
+BENCHMARK(project)->Apply(bench::keyframe_arguments)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 /// Draws every n-th triangle of the ground and of a tree of the island, one by one.
 void cast_selected(benchmark::State& state) {

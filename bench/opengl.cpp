@@ -1,5 +1,6 @@
-// Splats, cubes and single triangles on the device that OpenGL finds.
+// Splats, cubes, single triangles and projected keyframes on the device that OpenGL finds.
 #include "cells.hpp"
+#include "keyframes.hpp"
 #include "support/small_scene.hpp"
 #include <farfield/opengl/context.hpp>
 #include <farfield/opengl/opengl_backend.hpp>
@@ -55,6 +56,17 @@ void show_cells(benchmark::State& state) {
     bench::show_cells(state, *device.backend);
 }
 BENCHMARK(show_cells)->Apply(bench::cell_arguments)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// Projects keyframes. @see bench::keyframe_arguments
+void project(benchmark::State& state) {
+    const Device device(bench::keyframe_scene());
+    if (!device.error.empty()) {
+        state.SkipWithError(device.error.c_str());
+        return;
+    }
+    bench::show_keyframes(state, *device.backend);
+}
+BENCHMARK(project)->Apply(bench::keyframe_arguments)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 /// Draws every n-th triangle of a tree of 50,000, or with 0 the tree as an item.
 void draw_selected(benchmark::State& state) {

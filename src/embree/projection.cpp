@@ -41,55 +41,29 @@ glm::vec4 filtered_color(const Page& page, const glm::dvec2& at) noexcept {
     return glm::mix(lower, upper, share.y);
 }
 
-/// How far one pixel of the pass moves a point of a triangle on the page. [texel]
-/// @param normal of the triangle in camera axes
-/// @param step of the ray (x, y, -1) to the next pixel
-glm::vec2 page_step(
-    const gpu::KeyframeTerms& terms,
-    const MetPoint& met,
-    const glm::dvec3& place,
-    const glm::dvec3& normal,
-    const glm::dvec3& step
-) noexcept {
-    // The ray goes on to where it meets the plane.
-    const double depth = -met.point.z;
-    const glm::dvec3 ray = met.point / depth;
-    const double farther = -depth * glm::dot(normal, step) / glm::dot(normal, ray);
-    const glm::dvec3 moved = terms.to_place * (step * depth + ray * farther);
-    const glm::dvec2 at = glm::dvec2(place) / place.z;
-    return glm::vec2((glm::dvec2(moved) - at * moved.z) / place.z);
-}
-
 class Projector {
-    [[nodiscard]] auto depths() const noexcept {
-        return [page = keyframe_->page](std::int32_t x, std::int32_t y) {
-            return page->depths[texel_index(*page, x, y)];
-        };
-    }
-
   public:
-    Projector(const PassKeyframe& keyframe, const Pass& pass, const MetPoint& met) noexcept
-        : keyframe_(&keyframe), pass_(&pass), met_(&met), place_(keyframe.lookup.place(met.point)),
-          normal_(keyframe.lookup.normal(
-              met.corners[1] - met.corners[0], met.corners[2] - met.corners[0]
-          )) {}
+    /// @param normal of the triangle in camera axes of the pass, unit
+    Projector(const PassKeyframe& keyframe, const MetPoint& met, const glm::dvec3& normal) noexcept
+        : keyframe_(&keyframe), met_(&met), point_(keyframe.lookup.point(met.point)),
+          normal_(keyframe.lookup.terms().rotation * normal) {}
 
     [[nodiscard]] bool sees_corners() const noexcept {
+        const gpu::KeyframeLookup& lookup = keyframe_->lookup;
         return std::all_of(
             met_->corners.begin(),
             met_->corners.end(),
             [&](const glm::dvec3& corner) {
-                return show(keyframe_->lookup.look(
-                                keyframe_->lookup.place(corner), normal_, depths()
-                            ))
+                return show(lookup.look(lookup.point(corner), normal_, Depths{keyframe_->page}))
                     .has_value();
             }
         );
     }
 
     [[nodiscard]] gpu::KeyframeSight look(bool whole) const noexcept {
-        return whole ? keyframe_->lookup.look_whole(place_, depths())
-                     : keyframe_->lookup.look(place_, normal_, depths());
+        const Depths depths{keyframe_->page};
+        return whole ? keyframe_->lookup.look_whole(point_, depths)
+                     : keyframe_->lookup.look(point_, normal_, depths);
     }
 
     /// The colour that is seen, if it is more than background.
@@ -110,22 +84,28 @@ class Projector {
         return shown;
     }
 
-    [[nodiscard]] PositionTexel position(const gpu::KeyframeSight& sight) const noexcept {
+    /// What positions keep of it.
+    /// @param steps of the point to those of the neighbouring pixels, in camera axes of the pass
+    [[nodiscard]] PositionTexel position(
+        const gpu::KeyframeSight& sight, const std::array<glm::dvec3, 2>& steps
+    ) const noexcept {
         const Page& page = *keyframe_->page;
         PositionTexel texel = page.positions[texel_index(page, sight.texel.x, sight.texel.y)];
         if (texel.item == kNone<ItemId>) {
             return {};
         }
-        const View& view = pass_->view;
-        const glm::dvec3 normal =
-            glm::cross(met_->corners[1] - met_->corners[0], met_->corners[2] - met_->corners[0]);
         const gpu::KeyframeTerms& terms = keyframe_->lookup.terms();
-        const glm::dvec3 right((view.lens.right - view.lens.left) / view.width, 0.0, 0.0);
-        const glm::dvec3 up(0.0, (view.lens.top - view.lens.bottom) / view.height, 0.0);
-        const glm::dvec2 at = glm::dvec2(place_) / place_.z;
+        const glm::dvec3 ray = point_ / -point_.z;
+        const auto on_page = [&](const glm::dvec3& step) {
+            const glm::dvec3 moved = terms.rotation * step;
+            return glm::vec2(
+                (glm::dvec2(moved) + glm::dvec2(ray) * moved.z) / -point_.z * terms.per_tangent
+            );
+        };
+        const glm::dvec2 at = keyframe_->lookup.on_page(point_);
         texel.texel_px = seen_texel_px(
-            page_step(terms, *met_, place_, normal, right),
-            page_step(terms, *met_, place_, normal, up),
+            on_page(steps[0]),
+            on_page(steps[1]),
             glm::vec2(glm::dvec2(sight.texel) + 0.5 - at),
             texel.texel_px
         );
@@ -134,12 +114,34 @@ class Projector {
     }
 
   private:
+    struct Depths {
+        const Page* page = nullptr;
+        std::uint16_t operator()(std::int32_t x, std::int32_t y) const noexcept {
+            return page->depths[texel_index(*page, x, y)];
+        }
+    };
+
     const PassKeyframe* keyframe_;
-    const Pass* pass_;
     const MetPoint* met_;
-    glm::dvec3 place_;
+    glm::dvec3 point_;
     glm::dvec3 normal_;
 };
+
+/// From a point to where the rays of the next pixels, to the right and up, meet its triangle's
+/// plane.
+std::array<glm::dvec3, 2>
+steps_of(const View& view, const glm::dvec3& point, const glm::dvec3& normal) noexcept {
+    const double depth = -point.z;
+    const glm::dvec3 ray = point / depth;
+    const auto step = [&](const glm::dvec3& turn) {
+        const double farther = -depth * glm::dot(normal, turn) / glm::dot(normal, ray);
+        return turn * depth + ray * farther;
+    };
+    const Lens& lens = view.lens;
+    return {
+        step({(lens.right - lens.left) / view.width, 0.0, 0.0}),
+        step({0.0, (lens.top - lens.bottom) / view.height, 0.0})};
+}
 
 } // namespace
 
@@ -150,15 +152,18 @@ std::optional<Projected> project(
     bool whole,
     bool positions
 ) noexcept {
+    const glm::dvec3 normal =
+        glm::normalize(glm::cross(met.corners[1] - met.corners[0], met.corners[2] - met.corners[0])
+        );
     for (const PassKeyframe& keyframe : keyframes) {
-        const Projector projector(keyframe, pass, met);
+        const Projector projector(keyframe, met, normal);
         if (whole && !projector.sees_corners()) {
             continue;
         }
         const gpu::KeyframeSight sight = projector.look(whole);
         std::optional<Projected> shown = projector.show(sight);
         if (shown && positions) {
-            shown->position = projector.position(sight);
+            shown->position = projector.position(sight, steps_of(pass.view, met.point, normal));
         }
         if (shown || whole) {
             return shown;

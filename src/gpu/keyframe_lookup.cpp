@@ -6,7 +6,8 @@ namespace farfield::gpu {
 
 namespace {
 
-/// From camera axes to what `KeyframeTerms` calls a pixel or a place, and back.
+/// A window as coordinates with a weight, (x w, y w, w) with w the distance along the view
+/// direction, from camera axes and back.
 struct Window {
     glm::dvec2 per_tangent{1.0};
     glm::dvec2 middle{0.0};
@@ -37,22 +38,21 @@ struct Window {
 KeyframeTerms keyframe_terms(const Keyframe& keyframe, const View& view) noexcept {
     const View& made_by = keyframe.view;
     const Region& source = keyframe.source;
-    const glm::dvec2 corner(source.x, source.y);
-    const Window page(made_by, corner);
+    const Window page(made_by, {source.x, source.y});
     const Window frame(view, glm::dvec2(0.0));
     // Differences first: both eyes may be far from zero.
     const glm::dvec3 between = view.eye - made_by.eye;
-    KeyframeTerms terms;
-    const glm::dmat3 world_to_place = page.from_camera() * glm::transpose(made_by.camera_to_world);
-    terms.to_place = world_to_place * view.camera_to_world;
-    terms.to_place_offset = world_to_place * between;
+    const glm::dmat3 world_to_keyframe = glm::transpose(made_by.camera_to_world);
     const glm::dmat3 world_to_pixel = frame.from_camera() * glm::transpose(view.camera_to_world);
+    KeyframeTerms terms;
+    terms.rotation = world_to_keyframe * view.camera_to_world;
+    terms.offset = world_to_keyframe * between;
     terms.to_pixel = world_to_pixel * made_by.camera_to_world * page.to_camera();
     terms.to_pixel_offset = world_to_pixel * -between;
     terms.per_tangent = page.per_tangent;
     terms.middle = page.middle;
-    terms.low = corner;
-    terms.high = corner + glm::dvec2(source.width, source.height);
+    terms.low = {source.x, source.y};
+    terms.last = {source.x + source.width - 1, source.y + source.height - 1};
     constexpr double kSteps = kNothingKept;
     terms.nearest = double{keyframe.copy_near};
     terms.steps_per_m = kSteps / (double{keyframe.copy_far} - double{keyframe.copy_near});

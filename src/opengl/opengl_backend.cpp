@@ -711,7 +711,6 @@ void OpenGLBackend::Impl::run_pass(
             .clip = {},
             .color = color,
             .positions = positions,
-            .viewport = pass.viewport,
             .keyframes = std::span(keyframes).first(command.keyframe_count),
             .whole_triangles = command.whole_triangles};
         if (command.keyframe_count > 0) {

@@ -5,7 +5,6 @@
 
 #include <epoxy/gl.h>
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -15,11 +14,10 @@ namespace farfield::opengl {
 /// What shaders that project keyframes have beside those of plain geometry. The text says in GLSL
 /// what `gpu::KeyframeLookup` says; the names are those of its terms.
 struct ProjectionVariant {
-    std::size_t keyframes = 0; ///< 1 to `kMostKeyframes`; 0: plain geometry
+    std::size_t keyframes = 1; ///< to `kMostKeyframes`
     bool whole_triangles = false;
 
     static constexpr std::size_t kCount = std::size_t{kMostKeyframes} * 2;
-    /// @pre keyframes > 0
     [[nodiscard]] std::size_t place() const noexcept {
         return (keyframes - 1) * 2 + (whole_triangles ? 1 : 0);
     }
@@ -32,10 +30,10 @@ inline constexpr GLuint kKeyframePointUnit = kKeyframeDepthUnit + kMostKeyframes
 inline constexpr GLuint kKeyframeLayerUnit = kKeyframePointUnit + kMostKeyframes;
 inline constexpr GLuint kUnitsWithKeyframes = kKeyframeLayerUnit + kMostKeyframes;
 
-/// Declarations of a vertex shader; takes locations 4 to 7 of its outputs.
-[[nodiscard]] std::string projection_vertex_head(const ProjectionVariant& variant);
+/// Declarations of a vertex shader; takes locations from 4 on of its outputs.
+[[nodiscard]] std::string projection_vertex_head(const ProjectionVariant& variant, bool positions);
 /// Statements of it, after `camera`, a point relative to the eye in camera axes.
-[[nodiscard]] std::string projection_vertex_body(const ProjectionVariant& variant);
+[[nodiscard]] std::string projection_vertex_body(const ProjectionVariant& variant, bool positions);
 
 /// The geometry shader that tells which keyframe a triangle shows as a whole, and hands the rest
 /// on; "" where there is none.
@@ -54,27 +52,16 @@ projection_fragment_body(const ProjectionVariant& variant, bool positions);
 /// Uniforms of all these.
 class ProjectionUniforms {
   public:
-    /// @param variant keyframes > 0
-    static ProjectionUniforms of(GLuint program, const ProjectionVariant& variant);
+    static ProjectionUniforms of(GLuint program) noexcept;
 
     /// Sets them, with the program in use, and binds textures.
     /// @pre as many keyframes as the variant has
     void set(const PassContext& context) const noexcept;
 
   private:
-    struct OfKeyframe {
-        GLint to_place = -1;
-        GLint to_place_offset = -1;
-        GLint to_pixel = -1;
-        GLint to_pixel_offset = -1;
-        GLint window = -1;
-        GLint source = -1;
-        GLint kept = -1;
-        GLint page = -1;
-        GLint node = -1;
-    };
-    std::array<OfKeyframe, kMostKeyframes> keyframes_{};
-    GLint viewport_ = -1;
+    GLint rows_ = -1;
+    GLint nodes_ = -1;
+    GLint pixel_ratio_ = -1;
 };
 
 } // namespace farfield::opengl

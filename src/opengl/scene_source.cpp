@@ -51,7 +51,7 @@ static_assert(sizeof(InstanceData) == 88);
 // Shading happens per vertex: it costs one interpolated value and no work per pixel, and the same
 // shaders draw the geometry baseline.
 std::string
-vertex_shader(bool textured, bool clipped, bool positions, const ProjectionVariant& projection) {
+vertex_shader(bool textured, bool clipped, bool positions, const ProjectionVariant* projection) {
     std::string text = "#version 450 core\n";
     if (clipped) {
         text += "out gl_PerVertex { vec4 gl_Position; float gl_ClipDistance[6]; };\n";
@@ -79,8 +79,8 @@ layout(location = 0) out vec4 shaded;
                 "layout(location = 2) out vec3 shown_point;\n"
                 "layout(location = 3) flat out uint shown_item;\n";
     }
-    if (projection.keyframes > 0) {
-        text += projection_vertex_head(projection);
+    if (projection != nullptr) {
+        text += projection_vertex_head(*projection, positions);
     }
     text += R"(
 void main() {
@@ -99,8 +99,8 @@ void main() {
     if (positions) {
         text += "    shown_point = position;\n    shown_item = item;\n";
     }
-    if (projection.keyframes > 0) {
-        text += projection_vertex_body(projection);
+    if (projection != nullptr) {
+        text += projection_vertex_body(*projection, positions);
     }
     if (clipped) {
         text += "    for (int i = 0; i < 6; ++i) {\n"
@@ -113,7 +113,7 @@ void main() {
 enum class Surface : std::uint8_t { plain, textured, cutout };
 constexpr std::size_t kSurfaces = 3;
 
-std::string fragment_shader(Surface surface, bool positions, const ProjectionVariant& projection) {
+std::string fragment_shader(Surface surface, bool positions, const ProjectionVariant* projection) {
     std::string text = "#version 450 core\n"
                        "layout(location = 0) in vec4 shaded;\n"
                        "layout(location = 0) out vec4 result;\n";
@@ -130,8 +130,8 @@ std::string fragment_shader(Surface surface, bool positions, const ProjectionVar
                 "layout(location = 1) out uvec4 point;\n"
                 "layout(location = 2) out uvec2 layer;\n";
     }
-    if (projection.keyframes > 0) {
-        text += projection_fragment_head(projection, positions);
+    if (projection != nullptr) {
+        text += projection_fragment_head(*projection, positions);
     }
     text += "void main() {\n";
     if (surface == Surface::plain) {
@@ -147,8 +147,8 @@ std::string fragment_shader(Surface surface, bool positions, const ProjectionVar
         text += "    point = uvec4(floatBitsToUint(shown_point), shown_item);\n"
                 "    layer = uvec2(0u, 0xFFFFFFFFu);\n";
     }
-    if (projection.keyframes > 0) {
-        text += projection_fragment_body(projection, positions);
+    if (projection != nullptr) {
+        text += projection_fragment_body(*projection, positions);
     }
     text += "}\n";
     return text;
@@ -274,7 +274,7 @@ struct SceneSource::Impl {
     }
 
     static void delete_programs(const Programs& programs) noexcept;
-    Result<void> make_programs(bool positions, const ProjectionVariant& projection);
+    Result<void> make_programs(bool positions, const ProjectionVariant* projection);
     Result<void> upload_textures(const Scene& scene);
     void add_materials(const Scene& scene);
     void upload_meshes(const Scene& scene);
@@ -300,8 +300,8 @@ void SceneSource::Impl::delete_programs(const Programs& programs) noexcept {
 }
 
 /// Makes those that are not there.
-Result<void> SceneSource::Impl::make_programs(bool positions, const ProjectionVariant& projection) {
-    Programs& made = projection.keyframes == 0 ? programs : projecting[projection.place()];
+Result<void> SceneSource::Impl::make_programs(bool positions, const ProjectionVariant* projection) {
+    Programs& made = projection == nullptr ? programs : projecting[projection->place()];
     for (std::size_t surface = 0; surface < kSurfaces; ++surface) {
         for (std::size_t clipped = 0; clipped < 2; ++clipped) {
             Program& program = made[surface][clipped + (positions ? 2 : 0)];
@@ -314,7 +314,9 @@ Result<void> SceneSource::Impl::make_programs(bool positions, const ProjectionVa
                 "scene source",
                 vertex_shader(textured, clipped == 1, positions, projection),
                 fragment_shader(kind, positions, projection),
-                projection_geometry_shader(projection, textured, clipped == 1, positions)
+                projection == nullptr
+                    ? ""
+                    : projection_geometry_shader(*projection, textured, clipped == 1, positions)
             );
             if (!linked) {
                 return tl::unexpected(linked.error());
@@ -325,8 +327,8 @@ Result<void> SceneSource::Impl::make_programs(bool positions, const ProjectionVa
             program.light = glGetUniformLocation(program.name, "light");
             program.clip_planes = glGetUniformLocation(program.name, "clip_planes");
             program.alpha_cutoff = glGetUniformLocation(program.name, "alpha_cutoff");
-            if (projection.keyframes > 0) {
-                program.projection_uniforms = ProjectionUniforms::of(*linked, projection);
+            if (projection != nullptr) {
+                program.projection_uniforms = ProjectionUniforms::of(*linked);
             }
         }
     }
@@ -683,7 +685,7 @@ void SceneSource::Impl::use_material(std::uint32_t index, const PassContext& con
     const std::size_t variant =
         (context.clip.has_value() ? 1U : 0U) + (context.positions ? 2U : 0U);
     const ProjectionVariant projection{context.keyframes.size(), context.whole_triangles};
-    const Programs& made = projection.keyframes == 0 ? programs : projecting[projection.place()];
+    const Programs& made = context.keyframes.empty() ? programs : projecting[projection.place()];
     const Program& program = made[static_cast<std::size_t>(material.surface)][variant];
     FARFIELD_ASSERT(program.name != 0);
     if (&program != current) {
@@ -729,7 +731,7 @@ Result<std::unique_ptr<SceneSource>>
 SceneSource::create(const Scene& scene, const Hierarchy* hierarchy) {
     auto impl = std::make_unique<Impl>();
     for (const bool positions : {false, true}) {
-        if (Result<void> made = impl->make_programs(positions, {}); !made) {
+        if (Result<void> made = impl->make_programs(positions, nullptr); !made) {
             return tl::unexpected(std::move(made).error());
         }
     }
@@ -766,7 +768,8 @@ GeometrySource::Capabilities SceneSource::capabilities() const noexcept {
 Result<void> SceneSource::prepare_projection(
     std::size_t keyframes, bool whole_triangles, bool positions
 ) noexcept {
-    return impl_->make_programs(positions, {keyframes, whole_triangles});
+    const ProjectionVariant projection{keyframes, whole_triangles};
+    return impl_->make_programs(positions, &projection);
 }
 
 void SceneSource::draw(const DrawList& list, const PassContext& context) noexcept {

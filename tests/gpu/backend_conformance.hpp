@@ -399,6 +399,54 @@ inline void check_depths(Backend& backend) {
     }());
 }
 
+/// Keyframes that are projected, by every backend alike.
+inline void check_keyframes(Backend& backend) {
+    const std::int32_t samples = std::min(4, backend.limits().samples);
+    const auto made = backend.create_target(kFrameSize, kFrameSize, 1);
+    const auto several = backend.create_target(kFrameSize, kFrameSize, samples);
+    REQUIRE(made.has_value());
+    REQUIRE(several.has_value());
+    for (const bool whole_triangles : {false, true}) {
+        for (std::uint32_t count = 1; count <= kMostKeyframes; ++count) {
+            FramePlan plan = plan_with_keyframe();
+            plan.pages[0].samples = samples;
+            plan.keyframes.resize(count, plan.keyframes[0]);
+            plan.commands[1].keyframe_count = count;
+            plan.commands[1].whole_triangles = whole_triangles;
+            require_executed(backend, plan, *made);
+            require_executed(backend, plan, *several);
+        }
+    }
+    const auto refused = [&](const char* what, const std::function<void(FramePlan&)>& damage) {
+        FramePlan plan = plan_with_keyframe();
+        damage(plan);
+        check_refused(backend, *made, what, plan);
+    };
+    refused("no keyframes", [](FramePlan& plan) { plan.commands[1].keyframe_count = 0; });
+    refused("more keyframes than there may be", [](FramePlan& plan) {
+        plan.keyframes.resize(kMostKeyframes + 1, plan.keyframes[0]);
+        plan.commands[1].keyframe_count = kMostKeyframes + 1;
+    });
+    refused("keyframes out of range", [](FramePlan& plan) {
+        plan.commands[1].first_keyframe = UINT32_MAX;
+    });
+    refused("geometry with keyframes", [](FramePlan& plan) {
+        plan.commands[1].kind = Command::Kind::geometry;
+    });
+    refused("a page that does not exist", [](FramePlan& plan) {
+        plan.keyframes[0].page = PageId{9};
+    });
+    refused("a scratch page", [](FramePlan& plan) { plan.keyframes[0].page = kScratchPage; });
+    refused("a page that keeps no depth", [](FramePlan& plan) { plan.pages[1].depth = false; });
+    refused("a source beyond its page", [](FramePlan& plan) {
+        plan.keyframes[0].source.x = kPageSize - 1;
+    });
+    refused("a page of the same batch", [](FramePlan& plan) { plan.passes[0].first_command = 1; });
+    refused("a view without a lens", [](FramePlan& plan) {
+        plan.keyframes[0].view.lens.near_distance = 0.0;
+    });
+}
+
 /// Calls every check above in a section of its own.
 /// @param backend fresh, over the items of `world`
 inline void check_conformance(Backend& backend, const SmallWorld& world) {
@@ -418,6 +466,9 @@ inline void check_conformance(Backend& backend, const SmallWorld& world) {
     }
     SECTION("pages keep depth, and images are drawn with it") {
         check_depths(backend);
+    }
+    SECTION("keyframes are projected") {
+        check_keyframes(backend);
     }
     SECTION("splats, cubes and single primitives, in targets of one sample and of several") {
         for (const int samples : {1, std::min(4, backend.limits().samples)}) {

@@ -3,7 +3,6 @@
 #include <farfield/core/ids.hpp>
 #include <farfield/core/result.hpp>
 #include <farfield/gpu/frame_plan.hpp>
-#include <farfield/image/region.hpp>
 #include <farfield/math/box3.hpp>
 #include <farfield/math/view.hpp>
 #include <farfield/partition/hierarchy.hpp>
@@ -46,7 +45,6 @@ struct PassContext {
     std::optional<Box3f> clip; ///< draw only what is inside, relative to `origin`
     bool color = true;         ///< false: only depth is kept
     bool positions = false; ///< positions are kept beside the colour; how is the backend's to say
-    Region viewport = {};   ///< [px] of the target: what the view's window maps to
     /// Keyframes to project, as `Command::Kind::projected` says; none: plain geometry.
     std::span<const DeviceKeyframe> keyframes = {};
     bool whole_triangles = false; ///< as `Command::whole_triangles`
