@@ -12,7 +12,7 @@ namespace farfield::scenes {
 struct TerrainOptions {
     int posts = 513;           ///< a side; [9, 4097]
     double side_m = 10'240.0;  ///< of the square, > 0
-    double relief_m = 1'600.0; ///< from the lowest post to the highest, >= 0
+    double relief_m = 1'200.0; ///< from the lowest post to the highest, >= 0
     std::uint64_t seed = 1;
 };
 

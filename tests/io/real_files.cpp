@@ -1,5 +1,6 @@
 // Every model of the folder FARFIELD_DATA: loaded with the number of triangles that its list
 // announces, or refused for the reason it is there.
+#include <farfield/io/coarse_mesh.hpp>
 #include <farfield/io/pdb.hpp>
 #include <farfield/io/scene_file.hpp>
 
@@ -10,6 +11,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <utility>
 
 namespace {
 
@@ -169,4 +171,34 @@ TEST_CASE("a protein has the atoms that its records announce") {
     const glm::dvec3 size = extent(scene_bounds(loaded->scene));
     CHECK(size.x > 50.0);
     CHECK(size.x < 150.0);
+}
+
+TEST_CASE("every mesh has a coarse model or a reason why not") {
+    std::size_t made = 0;
+    for (const char* const folder : {"meshes_classic", "meshes_awkward", "pipe_supports_huldra"}) {
+        for (const auto& entry : std::filesystem::directory_iterator(data(folder))) {
+            const auto loaded = io::load_scene(entry.path(), {.flag_splittable = false});
+            if (!loaded) {
+                continue; // refused above, or no scene at all
+            }
+            for (const Mesh& mesh : loaded->scene.meshes) {
+                INFO(entry.path().filename() << ": " << mesh.name);
+                auto coarse = io::make_coarse_mesh(mesh, {.triangles = 1000});
+                if (!coarse) {
+                    CHECK(coarse.error().code == ErrorCode::bad_data);
+                    CHECK_THAT(coarse.error().message, Catch::Contains("an area"));
+                    continue;
+                }
+                ++made;
+                CHECK(primitive_count(*coarse) <= primitive_count(mesh));
+                Scene scene = loaded->scene;
+                scene.meshes = {std::move(*coarse)};
+                scene.instances.clear();
+                const auto valid = validate(scene);
+                INFO((valid ? std::string() : valid.error().message));
+                CHECK(valid.has_value());
+            }
+        }
+    }
+    CHECK(made > 30);
 }

@@ -57,7 +57,7 @@ TEST_CASE("terrain is a grid of the size asked for", "[terrain]") {
         CHECK(grid.spacing_m == Approx(5000.0 / (posts - 1)));
         CHECK(grid.origin.x == Approx(-2500.0));
         CHECK(scene.meshes[0].bounds.lo.y == Approx(0.0).margin(1e-6));
-        CHECK(scene.meshes[0].bounds.hi.y == Approx(1600.0));
+        CHECK(scene.meshes[0].bounds.hi.y == Approx(1200.0));
         CHECK(scene.meshes[0].splittable);
     }
 }
