@@ -1,12 +1,16 @@
 // Casting and blending on the CPU: frames of the island of 1117 trees, an image of one tree, image
-// quads, which cost nothing but their pixels, splats and cubes, and projected keyframes.
+// quads, which cost nothing but their pixels, splats and cubes, and projected keyframes. Pairs of
+// meshes.
 #include "cells.hpp"
 #include "keyframes.hpp"
 #include "support/small_scene.hpp"
 #include <farfield/core/executor.hpp>
+#include <farfield/embree/closest_point.hpp>
 #include <farfield/embree/embree_backend.hpp>
 #include <farfield/embree/scene_sampler.hpp>
 #include <farfield/image/build_color_cubes.hpp>
+#include <farfield/image/build_proxy.hpp>
+#include <farfield/io/coarse_mesh.hpp>
 #include <farfield/math/view.hpp>
 #include <farfield/partition/bsp.hpp>
 #include <farfield/technique/culled_geometry.hpp>
@@ -19,6 +23,7 @@
 #include <memory>
 #include <numbers>
 #include <scenes/island.hpp>
+#include <scenes/knot.hpp>
 #include <string>
 #include <utility>
 
@@ -327,5 +332,79 @@ void color_cells(benchmark::State& state) {
     );
 }
 BENCHMARK(color_cells)->Arg(1)->Arg(4)->Arg(16)->Unit(benchmark::kMillisecond);
+
+/// A knot of 100,000 triangles and the coarse model of 2000 of it, reduced once.
+struct KnotPair {
+    Mesh fine;
+    Mesh coarse;
+    std::string error;
+};
+
+const KnotPair& knot_pair() {
+    static const KnotPair pair = [] {
+        KnotPair made;
+        auto scene = scenes::make_knot({});
+        if (!scene) {
+            made.error = scene.error().message;
+            return made;
+        }
+        made.fine = std::move(scene->meshes[0]);
+        auto coarse = io::make_coarse_mesh(made.fine);
+        if (!coarse) {
+            made.error = coarse.error().message;
+            return made;
+        }
+        made.coarse = std::move(*coarse);
+        return made;
+    }();
+    return pair;
+}
+
+void reduce_mesh(benchmark::State& state) {
+    const KnotPair& meshes = knot_pair();
+    if (!meshes.error.empty()) {
+        state.SkipWithError(meshes.error.c_str());
+    }
+    while (state.KeepRunning()) {
+        benchmark::DoNotOptimize(io::make_coarse_mesh(meshes.fine).has_value());
+    }
+    state.SetItemsProcessed(
+        state.iterations() * static_cast<std::int64_t>(primitive_count(meshes.fine))
+    );
+}
+BENCHMARK(reduce_mesh)->Unit(benchmark::kMillisecond);
+
+/// Matches all vertices and measures both ways, with what finds closest points.
+void pair_meshes(benchmark::State& state) {
+    const KnotPair& meshes = knot_pair();
+    if (!meshes.error.empty()) {
+        state.SkipWithError(meshes.error.c_str());
+    }
+    SerialExecutor executor;
+    double hausdorff_m = 0.0;
+    while (state.KeepRunning()) {
+        const auto on_fine = embree::ClosestPointFinder::create(meshes.fine);
+        const auto on_coarse = embree::ClosestPointFinder::create(meshes.coarse);
+        if (!on_fine || !on_coarse) {
+            state.SkipWithError("no closest points");
+            break;
+        }
+        const auto pair = build_mesh_proxy(
+            {meshes.fine, meshes.coarse, **on_fine, **on_coarse, glm::dmat4x3(1.0)},
+            {ItemId{0}, ItemId{1}},
+            executor
+        );
+        if (!pair) {
+            state.SkipWithError(pair.error().message.c_str());
+            break;
+        }
+        hausdorff_m = pair->quality.hausdorff_m;
+    }
+    state.SetItemsProcessed(
+        state.iterations() * static_cast<std::int64_t>(meshes.fine.positions.size())
+    );
+    state.counters["hausdorff_m"] = hausdorff_m;
+}
+BENCHMARK(pair_meshes)->Unit(benchmark::kMillisecond);
 
 } // namespace

@@ -1,9 +1,11 @@
 // The atlas as an image cache uses it: rectangles come and go, and the oldest go first when there
-// is no room. Cells of colour cubes.
+// is no room. Cells of colour cubes. Pairs of grids of heights.
 #include "image/cube_scenes.hpp"
+#include "image/height_fields.hpp"
 #include <farfield/core/executor.hpp>
 #include <farfield/image/atlas.hpp>
 #include <farfield/image/build_color_cubes.hpp>
+#include <farfield/image/build_proxy.hpp>
 
 #include <benchmark/benchmark.h>
 
@@ -125,6 +127,48 @@ void validate_cells(benchmark::State& state) {
     state.SetItemsProcessed(cells * state.iterations());
 }
 
+/// A grid of 16 squares along the longer side of so many posts, or a tree of 16384 triangles.
+void pair_heights(benchmark::State& state) {
+    const auto grid = farfield::support::wavy_grid(
+        static_cast<std::uint32_t>(state.range(0)), static_cast<std::uint32_t>(state.range(1))
+    );
+    const farfield::ProxyItems items{farfield::ItemId{0}, farfield::ItemId{1}};
+    const bool refined = state.range(2) != 0;
+    double hausdorff_m = 0.0;
+    double bytes = 0.0;
+    while (state.KeepRunning()) {
+        const auto built = refined ? farfield::build_refined_proxy(grid, items, {})
+                                   : farfield::build_grid_proxy(grid, items, {});
+        if (!built) {
+            state.SkipWithError(built.error().message.c_str());
+            break;
+        }
+        hausdorff_m = built->pair.quality.hausdorff_m;
+        bytes = static_cast<double>(memory_bytes(built->pair));
+    }
+    state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(grid.heights.size()));
+    state.counters["hausdorff_m"] = hausdorff_m;
+    state.counters["bytes"] = bytes;
+}
+
+void validate_pair(benchmark::State& state) {
+    const auto built = farfield::build_refined_proxy(
+        farfield::support::wavy_grid(513, 513), {farfield::ItemId{0}, farfield::ItemId{1}}, {}
+    );
+    if (!built) {
+        state.SkipWithError(built.error().message.c_str());
+    }
+    while (state.KeepRunning()) {
+        benchmark::DoNotOptimize(validate(built->pair).has_value());
+    }
+}
+
+BENCHMARK(pair_heights)
+    ->ArgNames({"columns", "rows", "refined"})
+    ->ArgsProduct({{513}, {513}, {0, 1}})
+    ->ArgsProduct({{1197}, {643}, {0, 1}})
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(validate_pair)->Unit(benchmark::kMillisecond);
 BENCHMARK(divide_cells)->RangeMultiplier(10)->Range(1000, 100'000)->Unit(benchmark::kMillisecond);
 BENCHMARK(validate_cells)->Unit(benchmark::kMillisecond);
 BENCHMARK(atlas_churn)->ArgNames({"page", "largest"})->ArgsProduct({{512, 1024, 2048}, {30, 120}});

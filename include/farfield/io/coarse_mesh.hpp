@@ -29,7 +29,7 @@ struct CoarseMeshOptions {
 /// @pre the mesh passes `farfield::validate`
 /// @return a mesh ordered for drawing, all of whose triangles have an area; `invalid_argument` for
 /// an option out of range, `bad_data` for a mesh without a triangle that has one
-/// @par Cost about 10 us a triangle taken away
+/// @par Cost about 20 us a triangle taken away
 /// @par Source OpenMesh; quadric errors by Garland and Heckbert, Surface simplification using
 /// quadric error metrics, 1997
 [[nodiscard]] Result<Mesh>
