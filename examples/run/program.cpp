@@ -135,10 +135,12 @@ void add_cube_options(CLI::App& app, RunOptions& options) {
 void add_sprite_options(CLI::App& app, RunOptions& options) {
     LodSpriteOptions& sprite = options.sprite;
     app.add_option("--proxy", options.proxy.proxy, "coarse models of lod-sprite")
-        ->check(CLI::IsMember({"grid", "refined"}));
+        ->check(CLI::IsMember({"grid", "refined", "mesh"}));
     app.add_option("--coarse", options.proxy.coarse, "grid: squares a side");
     app.add_option(
-        "--coarse-triangles", options.proxy.coarse_triangles, "refined: of the finest choice"
+        "--coarse-triangles",
+        options.proxy.coarse_triangles,
+        "refined: of the finest choice; mesh: of each"
     );
     add_names(
         app, "--criterion", options.criterion, criterion_names(), "what keyframes are held to"

@@ -127,7 +127,7 @@ Result<std::unique_ptr<ClosestPointFinder>> ClosestPointFinder::create(const Mes
 void ClosestPointFinder::find(std::span<const glm::vec3> points, std::span<SurfacePoint> closest)
     const noexcept {
     FARFIELD_ASSERT(points.size() == closest.size());
-    RTCPointQueryContext context;
+    RTCPointQueryContext context{};
     rtcInitPointQueryContext(&context);
     Search search;
     search.triangles = &impl_->triangles;
@@ -135,7 +135,7 @@ void ClosestPointFinder::find(std::span<const glm::vec3> points, std::span<Surfa
         search.from = (glm::dvec3(points[i]) - impl_->center) / impl_->extent_m;
         search.distance = std::numeric_limits<double>::infinity();
         search.triangle = UINT32_MAX;
-        RTCPointQuery query;
+        RTCPointQuery query{};
         query.x = static_cast<float>(search.from.x);
         query.y = static_cast<float>(search.from.y);
         query.z = static_cast<float>(search.from.z);

@@ -274,7 +274,7 @@ class SurfaceMaker {
 
     Surface::VertexHandle new_vertex(std::uint32_t triangle, std::size_t corner) {
         const glm::dvec3 p = at(triangle, corner);
-        return model_->surface.add_vertex({p.x, p.y, p.z});
+        return Surface::VertexHandle(model_->surface.add_vertex({p.x, p.y, p.z}).idx());
     }
 
     void
@@ -282,7 +282,7 @@ class SurfaceMaker {
         std::array<Surface::VertexHandle, 3> vertices,
         const std::vector<std::uint32_t>& looks,
         std::uint32_t part) {
-        Surface::FaceHandle face = model_->surface.add_face(vertices.data(), vertices.size());
+        auto face = model_->surface.add_face(vertices.data(), vertices.size());
         if (!face.is_valid()) {
             // Joined around both ends of an edge that is not joined itself: it stands alone.
             for (std::size_t k = 0; k < 3; ++k) {
@@ -487,7 +487,7 @@ Mesh mesh_of(const Model& model, const Mesh& fine) {
     std::vector<std::vector<std::uint32_t>> indices(fine.parts.size());
     for (const auto face : model.surface.faces()) { // those that are not deleted
         const auto number = static_cast<std::size_t>(face.idx());
-        std::array<glm::dvec3, 3> points;
+        std::array<glm::dvec3, 3> points{};
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t look = model.corners[number][k].look;
             points[k] = fine.positions[model.looks[look].front()];
