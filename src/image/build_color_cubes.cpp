@@ -190,7 +190,6 @@ class Builder {
     Result<void> add_scene(const Box3f& world);
     void
     choose_lights(const std::vector<std::uint32_t>& references, std::vector<glm::vec3>& lights);
-    void measure_overhang(ColorCubeTree& tree) const;
     [[nodiscard]] bool is_reference(std::size_t item) const noexcept {
         return item < input_->placements.size() && input_->placements[item].prototype != UINT32_MAX;
     }
@@ -378,19 +377,9 @@ Result<void> Builder::add_scene(const Box3f& world) {
     Box3f bounds = world;
     std::vector<float> item_costs;
     for (const CubeReference& reference : model_.references) {
-        const ColorCubeTree& of = model_.trees[reference.tree];
-        const glm::vec3 middle = of.lo + of.edge * 0.5F;
-        contents.references.push_back(
-            reference.translation + reference.rotation * middle * reference.scale
-        );
-        contents.costs.push_back(
-            static_cast<float>(input_->objects[index_of(reference.item)].primitives)
-        );
-        contents.reference_sizes.push_back(of.edge * reference.scale);
-        contents.reference_boxes.push_back(
-            local_box(input_->objects[index_of(reference.item)].bounds, model_.origin)
-        );
-        bounds = unite(bounds, contents.references.back());
+        const Object& object = input_->objects[index_of(reference.item)];
+        contents.references.push_back(local_box(object.bounds, model_.origin));
+        contents.costs.push_back(static_cast<float>(object.primitives));
     }
     for (std::size_t i = 0; i < input_->objects.size(); ++i) {
         const Object& object = input_->objects[i];
@@ -451,48 +440,12 @@ Result<void> Builder::add_scene(const Box3f& world) {
         return fits;
     }
     image::divide_cells(contents, *options_, *executor_, tree);
-    measure_overhang(tree);
     const std::array<glm::vec3, 1> lights = {to_light_};
     image::color_cells(
         *sampler_, kNone<ItemId>, lights, input_->light.ambient, *options_, *executor_, tree
     );
     model_.trees.push_back(std::move(tree));
     return {};
-}
-
-void Builder::measure_overhang(ColorCubeTree& tree) const {
-    const std::vector<image::CellPlace> places = image::places_of(tree);
-    for (std::size_t cell = 0; cell < tree.cells.size(); ++cell) {
-        if (tree.cells[cell].octants != 0) {
-            continue;
-        }
-        const image::CellPlace& place = places[cell];
-        for (std::size_t i = tree.cells[cell].first;; ++i) {
-            const std::uint32_t number = tree.contents[i] & ~ColorCubeTree::kLast;
-            if (number < tree.reference_count) {
-                const CubeReference& reference = model_.references[number];
-                const ColorCubeTree& of = model_.trees[reference.tree];
-                const glm::vec3 middle = reference.translation + reference.rotation *
-                                                                     (of.lo + of.edge * 0.5F) *
-                                                                     reference.scale;
-                glm::vec3 reach(0.0F);
-                for (int axis = 0; axis < 3; ++axis) {
-                    for (int of_axis = 0; of_axis < 3; ++of_axis) {
-                        reach[axis] += std::abs(reference.rotation[of_axis][axis]);
-                    }
-                    reach[axis] *= of.edge * 0.5F * reference.scale;
-                    tree.overhang = std::max(
-                        {tree.overhang,
-                         place.lo[axis] - (middle[axis] - reach[axis]),
-                         middle[axis] + reach[axis] - (place.lo[axis] + place.edge)}
-                    );
-                }
-            }
-            if ((tree.contents[i] & ColorCubeTree::kLast) != 0U) {
-                break;
-            }
-        }
-    }
 }
 
 } // namespace

@@ -75,9 +75,6 @@ class TreeCheck {
         if (!(tree.edge >= kSmallestEdge) || !is_finite(tree.lo + tree.edge)) {
             return bad(name_, "edge", text(tree.edge) + " from " + text(tree.lo));
         }
-        if (!(tree.overhang >= 0.0F) || !std::isfinite(tree.overhang)) {
-            return bad(name_, "overhang", text(tree.overhang));
-        }
         if (tree.cells.empty() || tree.cells.size() >= UINT32_MAX) {
             return bad(name_, "the number of cells", std::to_string(tree.cells.size()));
         }
@@ -247,9 +244,6 @@ class TreeCheck {
                 }
                 if (last_leaf[number] == i) {
                     return entry_is("which the leaf has already");
-                }
-                if (number < tree.reference_count && last_leaf[number] != kNobody) {
-                    return entry_is("a reference that another leaf has");
                 }
                 listed[k] = true;
                 last_leaf[number] = static_cast<std::uint32_t>(i);

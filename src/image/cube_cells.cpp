@@ -103,27 +103,15 @@ class Divider {
         return number < contents_->costs.size() ? contents_->costs[number] : 1.0F;
     }
 
-    /// Which octants of a cell that it is in a primitive reaches into: at least one.
-    [[nodiscard]] unsigned octants_of(std::uint32_t number, const Place& place) const {
-        const float half = place.edge * 0.5F;
-        const glm::vec3 middle = place.lo + half;
-        std::size_t index = number;
-        if (index < contents_->references.size()) {
-            const glm::vec3& at = contents_->references[index];
-            return 1U
-                   << ((at.x >= middle.x ? 1U : 0U) | (at.y >= middle.y ? 2U : 0U) |
-                       (at.z >= middle.z ? 4U : 0U));
-        }
-        index -= contents_->references.size();
-        const bool is_item = index < contents_->items.size();
-        const Triangle3f* triangle =
-            is_item ? nullptr : &contents_->triangles[index - contents_->items.size()];
-        const Box3f box =
-            is_item
-                ? contents_->items[index]
-                : unite(
-                      unite(Box3f{(*triangle)[0], (*triangle)[0]}, (*triangle)[1]), (*triangle)[2]
-                  );
+    /// [m] Longest side of a reference.
+    [[nodiscard]] float size_of(std::uint32_t reference) const noexcept {
+        const glm::vec3 size = extent(contents_->references[reference]);
+        return std::max({size.x, size.y, size.z});
+    }
+
+    /// Which octants of a cell that it is in a box reaches into: at least one.
+    [[nodiscard]] static unsigned octants_of(const Box3f& box, const Place& place) noexcept {
+        const glm::vec3 middle = place.lo + place.edge * 0.5F;
         unsigned octants = 0xFFU;
         constexpr std::array<unsigned, 3> kUpper = {0xAAU, 0xCCU, 0xF0U};
         for (int axis = 0; axis < 3; ++axis) {
@@ -135,6 +123,25 @@ class Divider {
                 octants &= upper;
             }
         }
+        return octants;
+    }
+
+    /// The same of one of the contents.
+    [[nodiscard]] unsigned octants_of(std::uint32_t number, const Place& place) const {
+        if (number < contents_->references.size()) {
+            return octants_of(contents_->references[number], place);
+        }
+        const std::size_t index = number - contents_->references.size();
+        const bool is_item = index < contents_->items.size();
+        const Triangle3f* triangle =
+            is_item ? nullptr : &contents_->triangles[index - contents_->items.size()];
+        const Box3f box =
+            is_item
+                ? contents_->items[index]
+                : unite(
+                      unite(Box3f{(*triangle)[0], (*triangle)[0]}, (*triangle)[1]), (*triangle)[2]
+                  );
+        const unsigned octants = octants_of(box, place);
         if (std::has_single_bit(octants) || (is_item && !contents_->part)) {
             return octants;
         }
@@ -160,7 +167,7 @@ class Divider {
     [[nodiscard]] Box3f box_of(std::uint32_t number, const Box3f& cell) const {
         std::size_t index = number;
         if (index < contents_->references.size()) {
-            return intersect(contents_->reference_boxes[index], cell);
+            return intersect(contents_->references[index], cell);
         }
         index -= contents_->references.size();
         if (index < contents_->items.size()) {
@@ -195,11 +202,9 @@ class Divider {
         for (const Entry& entry : entries) {
             const double full = cost(entry.number);
             whole += full;
-            // What a reference shows is no smaller in a smaller cell; and between cells that are
-            // smaller than what stands side by side there would be some without a middle, which are
-            // not there.
+            // What a reference shows is no smaller in a smaller cell.
             const bool divisible = entry.number >= contents_->references.size() ||
-                                   contents_->reference_sizes[entry.number] <= 0.5F * place.edge;
+                                   size_of(entry.number) <= 0.5F * place.edge;
             borne += divisible ? full * entry.share : 0.0;
         }
         if (place.depth >= options_->max_depth || borne <= options_->cube_cost) {

@@ -19,12 +19,10 @@ using Triangle3f = std::array<glm::vec3, 3>;
 /// What the leaves of one tree hold, by number: references, then items, then triangles. Relative to
 /// the origin of the tree.
 struct CellContents {
-    std::vector<glm::vec3> references;  ///< their middles: each is in one leaf
-    std::vector<float> reference_sizes; ///< [m] edges of the cubes around them
+    std::vector<Box3f> references;
     std::vector<Box3f> items;
     std::vector<Triangle3f> triangles;
     std::vector<float> costs; ///< of references and items, in triangles
-    std::vector<Box3f> reference_boxes;
     /// Box around the part of an item inside a box; may be no function.
     std::function<Box3f(std::size_t item, const Box3f& box)> part;
 

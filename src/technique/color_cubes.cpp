@@ -22,7 +22,7 @@ namespace {
 /// Levels of a tree whose cells are judged by what lies under them. Below, a cell holds so little
 /// that a wrong guess costs little.
 constexpr std::uint32_t kJudgedLevels = 4;
-constexpr std::uint32_t kNoProfile = UINT32_MAX;
+constexpr std::uint32_t kNone32 = UINT32_MAX;
 /// Most steps that depths of a frame are sorted by: what is in one step keeps its order.
 constexpr std::uint32_t kDepthSteps = 1U << 16U;
 /// Cubes have to be so much cheaper than the geometry that they stand for.
@@ -39,13 +39,11 @@ constexpr std::uint8_t kCellRead = 1;
 constexpr std::uint8_t kCubeRead = 2;
 constexpr std::uint8_t kContentsRead = 4;
 
-/// Of a leaf: its entries, and the references among them.
+/// Of the entries of a leaf.
 std::size_t contents_bytes(const ColorCubeTree& tree, const CubeCell& leaf) noexcept {
     std::size_t bytes = 0;
     for (std::size_t i = leaf.first;; ++i) {
-        const std::uint32_t number = tree.contents[i] & ~ColorCubeTree::kLast;
         bytes += sizeof(std::uint32_t);
-        bytes += number < tree.reference_count ? sizeof(CubeReference) : 0;
         if ((tree.contents[i] & ColorCubeTree::kLast) != 0U) {
             return bytes;
         }
@@ -119,11 +117,12 @@ struct ColorCubes::Walk {
         glm::vec3 forward{0.0F};
         std::array<Plane, 6> planes{};
         std::array<float, 6> reach{}; ///< of a cube of edge 1 along the normals, from its middle
-        float overhang = 0.0F;
-        glm::mat3 to_model{1.0F}; ///< with the scale
+        glm::mat3 to_model{1.0F};     ///< with the scale
         glm::vec3 translation{0.0F};
         float scale = 1.0F;
         std::uint32_t cube_frame = 0; ///< into `FramePlan::cube_frames`
+        /// Into `open_leaves_`: of a reference that is shown in some of its leaves only.
+        std::uint32_t first_leaf = kNone32;
     };
 
     ColorCubes& self;
@@ -136,6 +135,7 @@ struct ColorCubes::Walk {
     [[nodiscard]] Frame model_frame() const noexcept;
     [[nodiscard]] Frame reference_frame(const Frame& model, const CubeReference& of) const noexcept;
     void tree(std::size_t index, const Frame& frame, const CubeReference* reference) noexcept;
+    void references(const Frame& frame) noexcept;
 
   private:
     [[nodiscard]] double cost_s(
@@ -149,9 +149,8 @@ struct ColorCubes::Walk {
         float depth,
         const glm::vec3& size
     ) noexcept;
-    void contents(
-        std::size_t index, const CubeCell& cell, const Frame& frame, const CubeReference* reference
-    ) noexcept;
+    void contents(std::size_t index, const Visit& leaf, const CubeReference* reference) noexcept;
+    [[nodiscard]] bool is_open(const Frame& frame, const glm::vec3& point) const noexcept;
     void everything(std::size_t index, std::uint32_t root, const CubeReference* reference) noexcept;
     void entry(std::size_t index, std::uint32_t number, const CubeReference* reference) noexcept;
     [[nodiscard]] bool moves(ItemId item) const noexcept;
@@ -184,7 +183,6 @@ ColorCubes::Walk::Frame ColorCubes::Walk::model_frame() const noexcept {
         const glm::vec3 normal = glm::abs(frame.planes[i].normal);
         frame.reach[i] = 0.5F * (normal.x + normal.y + normal.z);
     }
-    frame.overhang = self.model_->trees.back().overhang;
     return frame;
 }
 
@@ -313,7 +311,7 @@ void ColorCubes::Walk::whole(ItemId item) noexcept {
     }
 }
 
-/// Draws one of the contents of a tree, unless it is drawn already.
+/// Draws one of the contents of a tree as geometry, unless it is shown already.
 void ColorCubes::Walk::entry(
     std::size_t index, std::uint32_t number, const CubeReference* reference
 ) noexcept {
@@ -322,6 +320,10 @@ void ColorCubes::Walk::entry(
     }
     self.drawn_[index][number] = true;
     const ColorCubeTree& tree = self.model_->trees[index];
+    if (number < tree.reference_count) {
+        whole(self.model_->references[number].item);
+        return;
+    }
     const std::size_t rest = number - tree.reference_count;
     if (rest < tree.items.size()) {
         whole(tree.items[rest]);
@@ -340,44 +342,73 @@ void ColorCubes::Walk::entry(
 }
 
 void ColorCubes::Walk::contents(
-    std::size_t index, const CubeCell& cell, const Frame& frame, const CubeReference* reference
+    std::size_t index, const Visit& leaf, const CubeReference* reference
 ) noexcept {
     ++self.statistics_.leaves;
     const ColorCubeTree& of = self.model_->trees[index];
-    if (reference == nullptr) {
-        self.near_references_.clear();
-    }
-    for (std::size_t i = cell.first;; ++i) {
+    for (std::size_t i = of.cells[leaf.cell].first;; ++i) {
         const std::uint32_t number = of.contents[i] & ~ColorCubeTree::kLast;
-        if (number >= of.reference_count) {
+        if (number < of.reference_count) {
+            if (!moves(self.model_->references[number].item)) {
+                OpenReference& open = self.references_[number];
+                if (open.open_leaves == 0) {
+                    self.open_references_.push_back(number);
+                }
+                ++open.open_leaves;
+                self.open_leaves_.push_back({leaf.lo, leaf.edge, open.first_leaf});
+                open.first_leaf = static_cast<std::uint32_t>(self.open_leaves_.size() - 1);
+            }
+        } else {
             entry(index, number, reference);
-        } else if (!moves(self.model_->references[number].item)) {
-            const CubeReference& found = self.model_->references[number];
-            const ColorCubeTree& tree_found = self.model_->trees[found.tree];
-            const glm::vec3 middle =
-                found.translation +
-                found.rotation * (tree_found.lo + tree_found.edge * 0.5F) * found.scale;
-            const glm::vec3 apart = middle - frame.eye;
-            self.near_references_.emplace_back(-glm::dot(apart, apart), number);
         }
         if ((of.contents[i] & ColorCubeTree::kLast) != 0U) {
             break;
         }
     }
-    if (reference != nullptr) {
-        return; // a walk of one of them: what is left of the list goes on above
-    }
-    std::sort(self.near_references_.begin(), self.near_references_.end());
-    for (const auto& [distance, number] : self.near_references_) {
+}
+
+/// Shows the references that open leaves have, each as far as it is in them.
+void ColorCubes::Walk::references(const Frame& frame) noexcept {
+    for (const std::uint32_t number : self.open_references_) {
         const CubeReference& found = self.model_->references[number];
-        ++self.statistics_.references;
-        Frame turned = reference_frame(frame, found);
-        if (self.options_.drawing == CubeDrawing::faces) {
-            turned.cube_frame = static_cast<std::uint32_t>(self.plan_.cube_frames.size());
-            self.plan_.cube_frames.push_back(found.rotation);
+        OpenReference& open = self.references_[number];
+        if (!self.drawn_.back()[number]) {
+            ++self.statistics_.references;
+            if (self.options_.count_bytes) {
+                self.statistics_.bytes += sizeof(CubeReference);
+            }
+            Frame turned = reference_frame(frame, found);
+            turned.first_leaf = open.open_leaves < open.leaves ? open.first_leaf : kNone32;
+            if (self.options_.drawing == CubeDrawing::faces) {
+                turned.cube_frame = static_cast<std::uint32_t>(self.plan_.cube_frames.size());
+                self.plan_.cube_frames.push_back(found.rotation);
+            }
+            tree(found.tree, turned, &found);
         }
-        tree(found.tree, turned, &found);
+        open.first_leaf = kNone32;
+        open.open_leaves = 0;
     }
+    self.open_references_.clear();
+    self.open_leaves_.clear();
+}
+
+/// Whether a point of a reference is in one of its open leaves: in the others, it is shown by their
+/// colour cubes or those above them.
+/// @param point relative to the eye, in the frame of the reference
+bool ColorCubes::Walk::is_open(const Frame& frame, const glm::vec3& point) const noexcept {
+    if (frame.first_leaf == kNone32) {
+        return true;
+    }
+    const glm::vec3 at = frame.translation + frame.to_model * (frame.eye + point);
+    for (std::uint32_t i = frame.first_leaf; i != kNone32; i = self.open_leaves_[i].next) {
+        const OpenLeaf& leaf = self.open_leaves_[i];
+        const glm::vec3 from = at - leaf.lo;
+        if (std::min({from.x, from.y, from.z}) >= 0.0F &&
+            std::max({from.x, from.y, from.z}) < leaf.edge) {
+            return true;
+        }
+    }
+    return false;
 }
 
 /// Draws all contents under a cell as geometry.
@@ -398,11 +429,7 @@ void ColorCubes::Walk::everything(
         }
         for (std::size_t i = cell.first;; ++i) {
             const std::uint32_t number = of.contents[i] & ~ColorCubeTree::kLast;
-            if (number < of.reference_count) {
-                whole(self.model_->references[number].item);
-            } else {
-                entry(index, number, reference);
-            }
+            entry(index, number, reference);
             if ((of.contents[i] & ColorCubeTree::kLast) != 0U) {
                 break;
             }
@@ -418,7 +445,7 @@ void ColorCubes::Walk::tree(
     const ColorCube* cubes =
         of.cubes.data() + (reference == nullptr ? 0 : reference->light_set) * of.cells.size();
     const std::size_t first_selected = self.plan_.selected.size();
-    Visit* const open = self.open_.data() + self.open_count_;
+    Visit* const open = self.open_.data();
     std::size_t size = 0;
     open[size++] = {0, 0, of.lo, of.edge, false};
     while (size > 0) {
@@ -434,7 +461,7 @@ void ColorCubes::Walk::tree(
             bool outside = false;
             for (std::size_t i = 0; i < frame.planes.size(); ++i) {
                 const float distance = signed_distance(frame.planes[i], middle);
-                const float reach = frame.reach[i] * (visit.edge + 2.0F * frame.overhang);
+                const float reach = frame.reach[i] * visit.edge;
                 outside = outside || distance < -reach;
                 inside = inside && distance >= reach;
             }
@@ -451,6 +478,9 @@ void ColorCubes::Walk::tree(
         const float ahead = depth * depth - radius_sq;
         if (depth > 0.0F && ahead > 0.0F &&
             4.0F * radius_sq * (glm::dot(offset, offset) - radius_sq) <= limit_sq * ahead * ahead) {
+            if (!is_open(frame, offset)) {
+                continue;
+            }
             const CubeGain* gain = of.gains.empty() ? nullptr : &of.gains[visit.cell];
             count(
                 index,
@@ -461,7 +491,7 @@ void ColorCubes::Walk::tree(
             show(frame, cubes[visit.cell], gain, offset, depth, extents);
             continue;
         }
-        if (visit.profile != kNoProfile && self.options_.never_slower) {
+        if (visit.profile != kNone32 && self.options_.never_slower) {
             const Profile& profile = profiles.cells[visit.profile];
             // Around the eye, cells of all sizes would be needed: those below are judged instead.
             const bool around = glm::dot(offset, offset) <= radius_sq && profile.first_child != 0;
@@ -485,16 +515,16 @@ void ColorCubes::Walk::tree(
             if (self.options_.count_bytes) {
                 count(index, visit.cell, kContentsRead, contents_bytes(of, cell));
             }
-            self.open_count_ += size; // walks of references go on above
-            contents(index, cell, frame, reference);
-            self.open_count_ -= size;
+            if (is_open(frame, offset)) {
+                contents(index, visit, reference);
+            }
             continue;
         }
         const unsigned nearest = (frame.eye.x > middle.x ? 1U : 0U) |
                                  (frame.eye.y > middle.y ? 2U : 0U) |
                                  (frame.eye.z > middle.z ? 4U : 0U);
         const std::uint32_t first_profile =
-            visit.profile == kNoProfile ? 0 : profiles.cells[visit.profile].first_child;
+            visit.profile == kNone32 ? 0 : profiles.cells[visit.profile].first_child;
         // The last to be pushed is the first to be visited.
         for (std::size_t i = 8; i-- > 0;) {
             const unsigned octant = nearest ^ kFarFirst[i];
@@ -505,7 +535,7 @@ void ColorCubes::Walk::tree(
             const glm::vec3 upper(octant & 1U, octant >> 1U & 1U, octant >> 2U);
             open[size++] = {
                 cell.first + before,
-                first_profile == 0 ? kNoProfile : first_profile + before,
+                first_profile == 0 ? kNone32 : first_profile + before,
                 visit.lo + upper * half,
                 half,
                 inside};
@@ -525,7 +555,8 @@ ColorCubes::ColorCubes(
     const Hierarchy& hierarchy, const ColorCubeModel& model, const ColorCubesOptions& options
 )
     : hierarchy_(&hierarchy), model_(&model), options_(options), geometry_(hierarchy),
-      drawn_(model.trees.size()), open_(2 * kDeepest), step_begins_(kDepthSteps + 1) {
+      drawn_(model.trees.size()), open_(kDeepest), references_(model.references.size()),
+      step_begins_(kDepthSteps + 1) {
     for (std::size_t i = 0; i < model.trees.size(); ++i) {
         profiles_.push_back(profiles_of(i));
         const ColorCubeTree& tree = model.trees[i];
@@ -536,6 +567,12 @@ ColorCubes::ColorCubes(
         drawn_[i].resize(contents);
         if (options.count_bytes) {
             read_.emplace_back(tree.cells.size());
+        }
+    }
+    for (const std::uint32_t entry : model.trees.back().contents) {
+        const std::uint32_t number = entry & ~ColorCubeTree::kLast;
+        if (number < model.references.size()) {
+            ++references_[number].leaves;
         }
     }
     selected_.resize(model.trees.back().primitives.size());
@@ -707,7 +744,9 @@ const FramePlan& ColorCubes::plan(const View& view) noexcept {
     plan_.origin = model_->origin;
     plan_.cube_frames.emplace_back(1.0F);
     Walk walk(*this, view);
-    walk.tree(model_->trees.size() - 1, walk.model_frame(), nullptr);
+    const Walk::Frame frame = walk.model_frame();
+    walk.tree(model_->trees.size() - 1, frame, nullptr);
+    walk.references(frame);
     const ColorCubeTree& scene = model_->trees.back();
     for (std::size_t group = 0; group < selected_.size(); ++group) {
         std::vector<std::uint32_t>& selected = selected_[group];

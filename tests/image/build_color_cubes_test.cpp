@@ -360,7 +360,7 @@ TEST_CASE("Items are where their parts are, or everywhere in their boxes") {
     }
 }
 
-TEST_CASE("References are in the leaf with their middle, and overhangs tell how far they reach") {
+TEST_CASE("References are in every leaf that their boxes reach into, and in no other") {
     std::vector<glm::dmat4x3> places;
     Random random(31);
     for (int i = 0; i < 60; ++i) {
@@ -371,37 +371,77 @@ TEST_CASE("References are in the leaf with their middle, and overhangs tell how 
     const ColorCubeModel model = build(shared.input(), EmptySampler(), {.rays = 1});
     REQUIRE(model.trees.size() == 2);
     REQUIRE(model.references.size() == 60);
-    const ColorCubeTree& shape = model.trees[0];
     const ColorCubeTree& scene = model.trees[1];
     CHECK(scene.cells.size() > 1);
-    std::vector<int> found(60, 0);
+    // Floats of some thousand metres, added a few times.
+    constexpr double kRounding = 1e-3;
+    std::vector<double> held(60, 0.0); // [m^3] of the box of each, in the leaves that have it
     for_each_cell(scene, [&](const Place& place) {
         if (scene.cells[place.cell].octants != 0) {
             return;
         }
+        const Box3f contents = contents_box(scene.cells[place.cell], place.lo, place.edge);
         for (const std::uint32_t number : contents_of(scene, scene.cells[place.cell])) {
-            ++found[number];
-            const CubeReference& reference = model.references[number];
-            const double scale = reference.scale;
-            const glm::dvec3 middle =
-                shared.placements[number].object_to_world *
-                glm::dvec4(glm::dvec3(shape.lo) + double{shape.edge} / 2.0, 1.0);
-            // Floats of some thousand metres, added a few times.
-            CHECK(distance(place.box(), middle) <= 1e-3);
-            const glm::dvec3 reach(scale * double{shape.edge} / 2.0 - 1e-3);
-            const Box3d shown{middle - reach, middle + reach};
-            const Box3d allowed = inflate(place.box(), glm::dvec3(scene.overhang));
-            CHECK(contains(allowed, shown.lo));
-            CHECK(contains(allowed, shown.hi));
+            const Box3d& box = shared.objects[number].bounds;
+            const Box3d part = intersect(place.box(), inflate(box, glm::dvec3(kRounding)));
+            CAPTURE(number, place.cell);
+            CHECK(!is_empty(part));
+            const Box3d inside = intersect(place.box(), box);
+            if (!is_empty(inside)) {
+                const glm::dvec3 size = extent(inside);
+                held[number] += size.x * size.y * size.z;
+                // The box of the colours is around all that is in the leaf.
+                const Box3d colored =
+                    inflate(Box3d{contents.lo, contents.hi}, glm::dvec3(kRounding));
+                CHECK(contains(colored, inside.lo));
+                CHECK(contains(colored, inside.hi));
+            }
         }
     });
-    CHECK(found == std::vector<int>(60, 1));
+    for (std::size_t i = 0; i < 60; ++i) {
+        const glm::dvec3 size = extent(shared.objects[i].bounds);
+        const double whole = size.x * size.y * size.z;
+        CAPTURE(i);
+        CHECK(held[i] == Approx(whole).epsilon(6.0 * kRounding / size.x));
+    }
     for (std::size_t i = 0; i < 60; ++i) {
         const CubeReference& reference = model.references[i];
         CHECK(index_of(reference.item) == i);
         const glm::dmat4x3& place = shared.placements[i].object_to_world;
         CHECK(glm::distance(reference.rotation[0] * reference.scale, glm::vec3(place[0])) < 1e-5F);
         CHECK(reference.translation == glm::vec3(place[3]));
+    }
+}
+
+TEST_CASE("References side by side leave no gap between their leaves") {
+    // Shapes of 108 m, 100 m apart, in one layer.
+    constexpr int kSide = 9;
+    std::vector<glm::dmat4x3> places;
+    for (int i = 0; i < kSide * kSide; ++i) {
+        glm::dmat4x3 place(1.0);
+        place[3] = glm::dvec3(i % kSide * 100.0, 0.0, i / kSide * 100.0);
+        places.push_back(place);
+    }
+    const Shared shared(places);
+    const ColorCubeModel model = build(shared.input(), EmptySampler(), {.rays = 1});
+    const ColorCubeTree& scene = model.trees.back();
+    std::vector<Box3d> leaves;
+    for_each_cell(scene, [&](const Place& place) {
+        if (scene.cells[place.cell].octants == 0) {
+            const Box3f box = contents_box(scene.cells[place.cell], place.lo, place.edge);
+            leaves.push_back({box.lo, box.hi});
+        }
+    });
+    CHECK(leaves.size() >= 16);
+    Random random(77);
+    for (int i = 0; i < 2000; ++i) {
+        const glm::dvec3 point(
+            random.uniform(0.0, 800.0), random.uniform(-45.0, 45.0), random.uniform(0.0, 800.0)
+        );
+        CAPTURE(point.x, point.y, point.z);
+        REQUIRE(std::any_of(leaves.begin(), leaves.end(), [&](const Box3d& leaf) {
+            return contains(leaf, point);
+        }));
     }
 }
 

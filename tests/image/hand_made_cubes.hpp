@@ -50,7 +50,6 @@ inline ColorCubeModel hand_made_cubes() {
     scene.items = {ItemId{3}};
     scene.item_primitives = {12};
     scene.primitives = {{ItemId{0}, 3, 2}, {ItemId{4}, 5, 0}};
-    scene.overhang = 0.5F;
     scene.quality = {2, 3};
 
     CubeReference reference;

@@ -236,7 +236,6 @@ ColorCubeModel make_single_cells(
     scene.cells = {{}};
     scene.cubes = {{}};
     scene.reference_count = model.item_count;
-    scene.overhang = edge;
     scene.quality = {0, 1};
     for (std::uint32_t i = 0; i < model.item_count; ++i) {
         CubeReference& reference = model.references.emplace_back(placed[i]);

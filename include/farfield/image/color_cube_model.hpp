@@ -59,8 +59,7 @@ struct CubePrimitives {
 /// The contents of a leaf are the entries from `CubeCell::first` to the first one with the bit
 /// `kLast`. Without that bit an entry is a number: below `reference_count` a reference of the
 /// model, from there on a whole item of `items`, from `reference_count + items.size()` on a
-/// triangle, of which `primitives` tells. What reaches into several leaves is in all of them;
-/// references are in the leaf with their middle alone.
+/// triangle, of which `primitives` tells. What reaches into several leaves is in all of them.
 struct ColorCubeTree {
     glm::vec3 lo{0.0F};          ///< [m] lower corner of the cube around everything
     float edge = 0.0F;           ///< [m] > 0
@@ -77,8 +76,6 @@ struct ColorCubeTree {
     std::vector<ItemId> items;
     std::vector<std::uint32_t> item_primitives; ///< triangles that each of `items` costs to draw
     std::vector<CubePrimitives> primitives;
-    /// [m] how far what references show reaches out of their leaves.
-    float overhang = 0.0F;
 
     /// What the builder achieved.
     struct Quality {
@@ -120,8 +117,7 @@ struct ColorCubeModel {
 
 /// Checks all that a technique relies on: links, children after parents, each cell in one place,
 /// at most 20 levels below a root; numbers that exist, lists that end, each entry of the contents
-/// in one of them, each number in a leaf, in none twice, references in one alone; groups of
-/// primitives without gaps, one without an item in trees that are referred to; each item of the
+/// in one of them, each number in a leaf, in none twice; groups of primitives without gaps, one without an item in trees that are referred to; each item of the
 /// scene in one place of the model; extents, finite boxes and transforms, proper rotations, colours
 /// no larger than their alpha, sizes of arrays, `quality`. For models from files and engines.
 /// @return an error that names the tree, the cell or reference, the field and the value

@@ -110,6 +110,19 @@ class ColorCubes {
         bool inside = false; ///< of the frustum
     };
 
+    /// A leaf of the last tree whose contents are shown, as a link of a list of each reference in
+    /// it.
+    struct OpenLeaf {
+        glm::vec3 lo{0.0F};
+        float edge = 0.0F;
+        std::uint32_t next = 0; ///< into `open_leaves_`; none: UINT32_MAX
+    };
+    struct OpenReference {
+        std::uint32_t leaves = 0; ///< that have it
+        std::uint32_t open_leaves = 0;
+        std::uint32_t first_leaf = UINT32_MAX; ///< into `open_leaves_`
+    };
+
     /// What lies one level below the other under one of the upper cells of a tree.
     struct Level {
         std::uint32_t cells = 0;
@@ -155,13 +168,14 @@ class ColorCubes {
     std::vector<std::vector<std::uint32_t>> selected_;
     /// By tree and cell, with `count_bytes`: what of it has been read in this frame.
     std::vector<std::vector<std::uint8_t>> read_;
-    std::vector<Visit> open_; ///< of the walks through a tree and a reference of it
-    std::size_t open_count_ = 0;
+    std::vector<Visit> open_;                    ///< of the walk through a tree
+    std::vector<OpenReference> references_;      ///< by reference; closed between walks
+    std::vector<std::uint32_t> open_references_; ///< in the order in which they were met
+    std::vector<OpenLeaf> open_leaves_;
     std::vector<float> depths_; ///< of the cells shown [m]
     std::vector<std::uint32_t> step_begins_;
     std::vector<Splat> sorted_splats_;
     std::vector<ShownCube> sorted_cubes_;
-    std::vector<std::pair<float, std::uint32_t>> near_references_; ///< of a leaf, by distance
 };
 
 } // namespace farfield
