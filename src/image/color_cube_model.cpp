@@ -75,6 +75,9 @@ class TreeCheck {
         if (!(tree.edge >= kSmallestEdge) || !is_finite(tree.lo + tree.edge)) {
             return bad(name_, "edge", text(tree.edge) + " from " + text(tree.lo));
         }
+        if (!(tree.overhang >= 0.0F) || !std::isfinite(tree.overhang)) {
+            return bad(name_, "overhang", text(tree.overhang));
+        }
         if (tree.cells.empty() || tree.cells.size() >= UINT32_MAX) {
             return bad(name_, "the number of cells", std::to_string(tree.cells.size()));
         }
@@ -218,7 +221,7 @@ class TreeCheck {
             if (tree.cells[i].octants != 0) {
                 continue;
             }
-            bool ended = false;
+            bool ended = tree.cells[i].first == CubeCell::kNothing;
             for (std::size_t k = tree.cells[i].first; !ended; ++k) {
                 if (k >= tree.contents.size()) {
                     return bad(

@@ -6,7 +6,9 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <utility>
+#include <vector>
 
 namespace farfield::image {
 
@@ -48,6 +50,10 @@ struct Task {
     std::vector<Entry> entries;
     std::uint32_t cell = 0; ///< of the part above
 };
+
+Box3f bounds_of(const Triangle3f& triangle) noexcept {
+    return unite(unite(Box3f{triangle[0], triangle[0]}, triangle[1]), triangle[2]);
+}
 
 class Divider {
   public:
@@ -135,12 +141,7 @@ class Divider {
         const bool is_item = index < contents_->items.size();
         const Triangle3f* triangle =
             is_item ? nullptr : &contents_->triangles[index - contents_->items.size()];
-        const Box3f box =
-            is_item
-                ? contents_->items[index]
-                : unite(
-                      unite(Box3f{(*triangle)[0], (*triangle)[0]}, (*triangle)[1]), (*triangle)[2]
-                  );
+        const Box3f box = is_item ? contents_->items[index] : bounds_of(*triangle);
         const unsigned octants = octants_of(box, place);
         if (std::has_single_bit(octants) || (is_item && !contents_->part)) {
             return octants;
@@ -259,6 +260,70 @@ void set_extents(ColorCubeTree& tree, std::vector<Box3f>& boxes) {
     }
 }
 
+/// Leaves triangles that are no larger than any leaf that they reach into to one of these, the one
+/// with their middle if rounding allows, and sets how far they reach out of it.
+void keep_small_triangles_once(const CellContents& contents, ColorCubeTree& tree) {
+    const std::size_t others = contents.references.size() + contents.items.size();
+    const std::vector<CellPlace> places = places_of(tree);
+    struct Holder {
+        float smallest = std::numeric_limits<float>::infinity(); ///< [m] edge of the leaves
+        std::uint32_t cell = CubeCell::kNothing;                 ///< the one that is to have it
+        bool has_middle = false;
+    };
+    std::vector<Holder> holders(contents.triangles.size());
+    for (std::size_t i = 0; i < tree.cells.size(); ++i) {
+        if (tree.cells[i].octants != 0) {
+            continue;
+        }
+        const CellPlace& place = places[i];
+        for_each_content(tree, tree.cells[i], [&](std::uint32_t number) {
+            if (number < others) {
+                return;
+            }
+            Holder& holder = holders[number - others];
+            holder.smallest = std::min(holder.smallest, place.edge);
+            const glm::vec3 at = center(bounds_of(contents.triangles[number - others])) - place.lo;
+            const bool has_middle =
+                std::min({at.x, at.y, at.z}) >= 0.0F && std::max({at.x, at.y, at.z}) < place.edge;
+            if (holder.cell == CubeCell::kNothing || (has_middle && !holder.has_middle)) {
+                holder.cell = static_cast<std::uint32_t>(i);
+                holder.has_middle = has_middle;
+            }
+        });
+    }
+    std::vector<std::uint32_t> kept;
+    kept.reserve(tree.contents.size());
+    for (std::size_t i = 0; i < tree.cells.size(); ++i) {
+        if (tree.cells[i].octants != 0) {
+            continue;
+        }
+        const CellPlace& place = places[i];
+        const std::size_t first = kept.size();
+        for_each_content(tree, tree.cells[i], [&](std::uint32_t number) {
+            if (number >= others) {
+                const Box3f box = bounds_of(contents.triangles[number - others]);
+                const glm::vec3 size = extent(box);
+                const Holder& holder = holders[number - others];
+                if (std::max({size.x, size.y, size.z}) <= holder.smallest) {
+                    if (holder.cell != i) {
+                        return;
+                    }
+                    const glm::vec3 out =
+                        glm::max(place.lo - box.lo, box.hi - (place.lo + place.edge));
+                    tree.overhang = std::max({tree.overhang, out.x, out.y, out.z});
+                }
+            }
+            kept.push_back(number);
+        });
+        const bool any = kept.size() > first;
+        tree.cells[i].first = any ? static_cast<std::uint32_t>(first) : CubeCell::kNothing;
+        if (any) {
+            kept.back() |= ColorCubeTree::kLast;
+        }
+    }
+    tree.contents = std::move(kept);
+}
+
 } // namespace
 
 std::vector<CellPlace> places_of(const ColorCubeTree& tree) {
@@ -320,6 +385,7 @@ void divide_cells(
     tree.cells = std::move(top.cells);
     tree.cells.shrink_to_fit();
     tree.contents = std::move(top.contents);
+    keep_small_triangles_once(contents, tree);
     tree.contents.shrink_to_fit();
     tree.quality = top.quality;
     if (options.colors == CubeColors::sampled) {

@@ -108,6 +108,7 @@ std::string content_of(const ColorCubeModel& model) {
         append(bytes, tree.edge);
         append(bytes, tree.light_sets);
         append(bytes, tree.reference_count);
+        append(bytes, tree.overhang);
         append(bytes, tree.quality.depth);
         append(bytes, tree.quality.leaves);
         const Counts counts = {
@@ -132,11 +133,11 @@ std::string content_of(const ColorCubeModel& model) {
 bool take_tree(Reader& reader, ColorCubeTree& tree) {
     Counts counts;
     return reader.take(tree.lo) && reader.take(tree.edge) && reader.take(tree.light_sets) &&
-           reader.take(tree.reference_count) && reader.take(tree.quality.depth) &&
-           reader.take(tree.quality.leaves) && reader.take(counts) &&
-           reader.take(tree.cells, counts.cells) && reader.take(tree.cubes, counts.cubes) &&
-           reader.take(tree.gains, counts.gains) && reader.take(tree.contents, counts.contents) &&
-           reader.take(tree.items, counts.items) &&
+           reader.take(tree.reference_count) && reader.take(tree.overhang) &&
+           reader.take(tree.quality.depth) && reader.take(tree.quality.leaves) &&
+           reader.take(counts) && reader.take(tree.cells, counts.cells) &&
+           reader.take(tree.cubes, counts.cubes) && reader.take(tree.gains, counts.gains) &&
+           reader.take(tree.contents, counts.contents) && reader.take(tree.items, counts.items) &&
            reader.take(tree.item_primitives, counts.items) &&
            reader.take(tree.primitives, counts.primitives);
 }

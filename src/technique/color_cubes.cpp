@@ -42,12 +42,8 @@ constexpr std::uint8_t kContentsRead = 4;
 /// Of the entries of a leaf.
 std::size_t contents_bytes(const ColorCubeTree& tree, const CubeCell& leaf) noexcept {
     std::size_t bytes = 0;
-    for (std::size_t i = leaf.first;; ++i) {
-        bytes += sizeof(std::uint32_t);
-        if ((tree.contents[i] & ColorCubeTree::kLast) != 0U) {
-            return bytes;
-        }
-    }
+    for_each_content(tree, leaf, [&](std::uint32_t) { bytes += sizeof(std::uint32_t); });
+    return bytes;
 }
 
 /// Children of a cell, by its octants.
@@ -346,25 +342,19 @@ void ColorCubes::Walk::contents(
 ) noexcept {
     ++self.statistics_.leaves;
     const ColorCubeTree& of = self.model_->trees[index];
-    for (std::size_t i = of.cells[leaf.cell].first;; ++i) {
-        const std::uint32_t number = of.contents[i] & ~ColorCubeTree::kLast;
-        if (number < of.reference_count) {
-            if (!moves(self.model_->references[number].item)) {
-                OpenReference& open = self.references_[number];
-                if (open.open_leaves == 0) {
-                    self.open_references_.push_back(number);
-                }
-                ++open.open_leaves;
-                self.open_leaves_.push_back({leaf.lo, leaf.edge, open.first_leaf});
-                open.first_leaf = static_cast<std::uint32_t>(self.open_leaves_.size() - 1);
-            }
-        } else {
+    for_each_content(of, of.cells[leaf.cell], [&](std::uint32_t number) {
+        if (number >= of.reference_count) {
             entry(index, number, reference);
+        } else if (!moves(self.model_->references[number].item)) {
+            OpenReference& open = self.references_[number];
+            if (open.open_leaves == 0) {
+                self.open_references_.push_back(number);
+            }
+            ++open.open_leaves;
+            self.open_leaves_.push_back({leaf.lo, leaf.edge, open.first_leaf});
+            open.first_leaf = static_cast<std::uint32_t>(self.open_leaves_.size() - 1);
         }
-        if ((of.contents[i] & ColorCubeTree::kLast) != 0U) {
-            break;
-        }
-    }
+    });
 }
 
 /// Shows the references that open leaves have, each as far as it is in them.
@@ -427,13 +417,7 @@ void ColorCubes::Walk::everything(
             }
             continue;
         }
-        for (std::size_t i = cell.first;; ++i) {
-            const std::uint32_t number = of.contents[i] & ~ColorCubeTree::kLast;
-            entry(index, number, reference);
-            if ((of.contents[i] & ColorCubeTree::kLast) != 0U) {
-                break;
-            }
-        }
+        for_each_content(of, cell, [&](std::uint32_t number) { entry(index, number, reference); });
     }
 }
 
@@ -461,7 +445,7 @@ void ColorCubes::Walk::tree(
             bool outside = false;
             for (std::size_t i = 0; i < frame.planes.size(); ++i) {
                 const float distance = signed_distance(frame.planes[i], middle);
-                const float reach = frame.reach[i] * visit.edge;
+                const float reach = frame.reach[i] * (visit.edge + 2.0F * of.overhang);
                 outside = outside || distance < -reach;
                 inside = inside && distance >= reach;
             }
@@ -670,17 +654,16 @@ ColorCubes::Profiles ColorCubes::profiles_of(std::size_t index) const {
             for (std::uint32_t i = 0; i < child_count(cell); ++i) {
                 open.push_back({cell.first + i, visit.depth + 1});
             }
-            for (std::size_t i = cell.first; cell.octants == 0; ++i) {
-                const std::uint32_t number = tree.contents[i] & ~ColorCubeTree::kLast;
+            if (cell.octants != 0) {
+                continue;
+            }
+            for_each_content(tree, cell, [&](std::uint32_t number) {
                 const double cost = cost_of(number);
                 Level& level = levels[visit.depth];
                 (number < tree.reference_count ? level.reference_cost : level.leaf_cost) +=
                     static_cast<float>(cost);
                 whole += cost;
-                if ((tree.contents[i] & ColorCubeTree::kLast) != 0U) {
-                    break;
-                }
-            }
+            });
         }
         profile.first_level = static_cast<std::uint32_t>(result.levels.size());
         profile.level_count = static_cast<std::uint32_t>(levels.size());

@@ -83,6 +83,8 @@ TEST_CASE("References are checked number by number") {
         {[](auto& m) { m.references[0].light_set = 2; }, "reference 0: light_set is 2 of 2"},
         {[](auto& m) { m.references[0].scale = 0.0F; }, "reference 0: scale is 0"},
         {[](auto& m) { m.references[0].scale = -1.0F; }, "reference 0: scale is -1"},
+        {[](auto& m) { m.trees[1].overhang = -0.5F; }, "tree 1: overhang is -0.5"},
+        {[](auto& m) { m.trees[1].overhang = kInfinity; }, "tree 1: overhang is inf"},
         {[](auto& m) { m.references[0].scale = kInfinity; }, "reference 0: scale is inf"},
         {[](auto& m) { m.references[0].scale = kNan; }, "reference 0: scale is nan"},
         // A mirror image, a shear above 1e-4, something that is no number.

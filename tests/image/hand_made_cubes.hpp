@@ -47,6 +47,7 @@ inline ColorCubeModel hand_made_cubes() {
     scene.cubes = {cube(70), cube(80), cube(90), cube(100), cube(110)};
     scene.contents = {0, 2 | kLast, 3, 4, 1 | kLast, 2, 4 | kLast};
     scene.reference_count = 2;
+    scene.overhang = 0.5F;
     scene.items = {ItemId{3}};
     scene.item_primitives = {12};
     scene.primitives = {{ItemId{0}, 3, 2}, {ItemId{4}, 5, 0}};

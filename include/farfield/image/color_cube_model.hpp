@@ -10,6 +10,7 @@
 
 #include <array>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -18,8 +19,9 @@ namespace farfield {
 /// A cell of an octree. 8 bytes.
 struct CubeCell {
     /// Interior: its first child; the children follow each other in the order of their octants.
-    /// Leaf: its first entry of `ColorCubeTree::contents`.
+    /// Leaf: its first entry of `ColorCubeTree::contents`, or `kNothing`.
     std::uint32_t first = 0;
+    static constexpr std::uint32_t kNothing = UINT32_MAX;
     std::uint8_t octants = 0; ///< bit i: octant i has contents; none: a leaf
     /// By axis, in sixteenths of the cell: where its contents begin (low four bits), and where they
     /// end, less one. Their box is what the colours are of.
@@ -59,7 +61,10 @@ struct CubePrimitives {
 /// The contents of a leaf are the entries from `CubeCell::first` to the first one with the bit
 /// `kLast`. Without that bit an entry is a number: below `reference_count` a reference of the
 /// model, from there on a whole item of `items`, from `reference_count + items.size()` on a
-/// triangle, of which `primitives` tells. What reaches into several leaves is in all of them.
+/// triangle, of which `primitives` tells. What reaches into several leaves is in all of them, but
+/// for triangles no larger than the smallest of these leaves: where some of the leaves are shown
+/// by their colours, such a triangle would be drawn and shown at the same time. One leaf alone has
+/// it, and the others may have nothing but their colours.
 struct ColorCubeTree {
     glm::vec3 lo{0.0F};          ///< [m] lower corner of the cube around everything
     float edge = 0.0F;           ///< [m] > 0
@@ -73,6 +78,8 @@ struct ColorCubeTree {
     std::vector<std::uint32_t> contents;
     static constexpr std::uint32_t kLast = 1U << 31U;
     std::uint32_t reference_count = 0;
+    /// [m] how far triangles reach at most out of the one leaf that has them.
+    float overhang = 0.0F;
     std::vector<ItemId> items;
     std::vector<std::uint32_t> item_primitives; ///< triangles that each of `items` costs to draw
     std::vector<CubePrimitives> primitives;
@@ -115,11 +122,23 @@ struct ColorCubeModel {
 [[nodiscard]] std::uint64_t memory_bytes(const ColorCubeTree& tree) noexcept;
 [[nodiscard]] std::uint64_t memory_bytes(const ColorCubeModel& model) noexcept;
 
+/// Calls `visit(number)` for each of the contents of a leaf.
+template <typename Visit>
+void for_each_content(const ColorCubeTree& tree, const CubeCell& leaf, Visit&& visit) {
+    for (std::size_t i = leaf.first; leaf.first != CubeCell::kNothing; ++i) {
+        visit(tree.contents[i] & ~ColorCubeTree::kLast);
+        if ((tree.contents[i] & ColorCubeTree::kLast) != 0U) {
+            return;
+        }
+    }
+}
+
 /// Checks all that a technique relies on: links, children after parents, each cell in one place,
 /// at most 20 levels below a root; numbers that exist, lists that end, each entry of the contents
-/// in one of them, each number in a leaf, in none twice; groups of primitives without gaps, one without an item in trees that are referred to; each item of the
-/// scene in one place of the model; extents, finite boxes and transforms, proper rotations, colours
-/// no larger than their alpha, sizes of arrays, `quality`. For models from files and engines.
+/// in one of them, each number in a leaf, in none twice; groups of primitives without gaps, one
+/// without an item in trees that are referred to; each item of the scene in one place of the model;
+/// extents, finite boxes and transforms, proper rotations, colours no larger than their alpha,
+/// sizes of arrays, `quality`. For models from files and engines.
 /// @return an error that names the tree, the cell or reference, the field and the value
 /// @par Cost linear in time and memory, both bounded by the arrays and not by what they announce
 [[nodiscard]] Result<void> validate(const ColorCubeModel& model);

@@ -21,8 +21,8 @@
 /// | 8 | FNV-1a of the packed content and then of the 40 bytes above |
 ///
 /// Content: `origin`, `item_count`, the numbers of trees (32 bits) and of references (64 bits), the
-/// references, the trees. A tree: `lo`, `edge`, `light_sets`, `reference_count`, `quality`,
-/// the numbers (64 bits each) of cells, cubes, gains, contents, items and primitives,
+/// references, the trees. A tree: `lo`, `edge`, `light_sets`, `reference_count`, `overhang`,
+/// `quality`, the numbers (64 bits each) of cells, cubes, gains, contents, items and primitives,
 /// and these arrays with `item_primitives` after `items`. Elements are as in memory, their fields
 /// one after the other; matrices by column.
 namespace farfield::io {
