@@ -204,8 +204,8 @@ class Divider {
             const double full = cost(entry.number);
             whole += full;
             // What a reference shows is no smaller in a smaller cell.
-            const bool divisible = entry.number >= contents_->references.size() ||
-                                   size_of(entry.number) <= 0.5F * place.edge;
+            const bool divisible =
+                entry.number >= contents_->references.size() || size_of(entry.number) < place.edge;
             borne += divisible ? full * entry.share : 0.0;
         }
         if (place.depth >= options_->max_depth || borne <= options_->cube_cost) {

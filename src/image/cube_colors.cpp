@@ -31,6 +31,106 @@ float jitter(std::uint32_t seed) noexcept {
     return static_cast<float>(seed >> 8U) * 0x1p-24F;
 }
 
+/// Directions that are tried for every cell, and rays along each where faces have 4 x 4.
+constexpr std::size_t kDirections = 8;
+constexpr std::size_t kOblique = 6;
+
+/// Directions all around and, along each, rays through the silhouette of a box.
+struct ObliqueRays {
+    std::array<glm::vec3, kDirections> directions{};
+    std::array<float, kDirections> silhouettes{}; ///< [m^2]
+    std::vector<SurfaceRay> rays; ///< as many of each direction, one after the other
+};
+
+/// Rays along each direction, for so many a side of faces.
+std::size_t rays_each(std::uint32_t side) noexcept {
+    return kOblique * std::max(side * side / 16U, 1U);
+}
+
+/// Chooses directions for a cell, the same on every run.
+/// @return the next number for `jitter`
+std::uint32_t aim_directions(std::uint32_t cell, const Box3f& box, ObliqueRays& out) noexcept {
+    const glm::vec3 size = extent(box);
+    const glm::vec3 areas(size.y * size.z, size.z * size.x, size.x * size.y);
+    std::uint32_t seed = (cell + 1U) * 0x9E3779B9U;
+    for (std::size_t i = 0; i < kDirections; ++i) {
+        // Bands of equal area, the turn within each left to chance.
+        const float z =
+            -1.0F + 2.0F * (static_cast<float>(i) + jitter(seed++)) / float{kDirections};
+        const float turn = 2.0F * std::numbers::pi_v<float> * jitter(seed++);
+        const float ring = std::sqrt(std::max(0.0F, 1.0F - z * z));
+        out.directions[i] = {ring * std::cos(turn), ring * std::sin(turn), z};
+        const glm::vec3 seen = glm::abs(out.directions[i]) * areas;
+        out.silhouettes[i] = seen.x + seen.y + seen.z;
+    }
+    return seed;
+}
+
+/// Directions for a cell and rays along them.
+/// @param side rays a side of its faces
+void aim(std::uint32_t cell, const Box3f& box, std::uint32_t side, ObliqueRays& out) {
+    // A little longer than the box, so that surfaces in its faces are met.
+    constexpr float kBeyond = 1e-3F;
+    std::uint32_t seed = aim_directions(cell, box, out);
+    const glm::vec3 size = extent(box);
+    const glm::vec3 areas(size.y * size.z, size.z * size.x, size.x * size.y);
+    const std::size_t each = rays_each(side);
+    out.rays.resize(kDirections * each);
+    for (std::size_t i = 0; i < kDirections; ++i) {
+        const glm::vec3& direction = out.directions[i];
+        const glm::vec3 seen = glm::abs(direction) * areas;
+        for (std::size_t k = 0; k < each; ++k) {
+            // Uniform over the silhouette: first the face, then the point on it.
+            float choice = jitter(seed++) * out.silhouettes[i];
+            int axis = 0;
+            while (axis < 2 && choice >= seen[axis]) {
+                choice -= seen[axis++];
+            }
+            glm::vec3 from = box.lo;
+            from[(axis + 1) % 3] += size[(axis + 1) % 3] * jitter(seed++);
+            from[(axis + 2) % 3] += size[(axis + 2) % 3] * jitter(seed++);
+            from[axis] = direction[axis] > 0.0F ? box.lo[axis] : box.hi[axis];
+            float length = std::numeric_limits<float>::infinity();
+            for (int a = 0; a < 3; ++a) {
+                const float way = direction[a] > 0.0F ? box.hi[a] - from[a] : from[a] - box.lo[a];
+                length = std::min(length, way / std::max(std::abs(direction[a]), 1e-12F));
+            }
+            const float beyond = std::max({size.x, size.y, size.z}) * kBeyond;
+            out.rays[i * each + k] = {
+                from - direction * beyond, direction * (length + 2.0F * beyond)};
+        }
+    }
+}
+
+/// Share of the silhouette of a cell's box that it covers, by its colours and a gain.
+float alpha_along(
+    const ColorCube& cube, const glm::vec3& size, const glm::vec3& direction, float gain
+) noexcept {
+    glm::vec3 depths(0.0F);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<int>(axis);
+        depths[a] = optical_depth(cube.faces[face_of(axis, direction[a] < 0.0F)].a);
+    }
+    return oblique_alpha(depths, direction, size, gain);
+}
+
+/// Where `grown` is `wanted`, for what grows with its argument: halves [lo, hi] so often.
+template <typename Function>
+float halve_to(float lo, float hi, int times, float wanted, const Function& grown) {
+    for (int i = 0; i < times; ++i) {
+        const float middle = 0.5F * (lo + hi);
+        (grown(middle) < wanted ? lo : hi) = middle;
+    }
+    return 0.5F * (lo + hi);
+}
+
+/// How a cell looks aslant.
+struct ObliqueLook {
+    float covered = 0.0F; ///< [m^2] summed over the directions of `aim`
+    float gain = 1.0F;    ///< with which its colours cover as much
+    bool sheet = false;
+};
+
 /// Colours of cells from rays through them.
 class CellSampler {
   public:
@@ -104,14 +204,10 @@ class CellSampler {
         }
     }
 
-    /// The gain with which what is seen aslant is as much as it should be. After `sample`.
-    [[nodiscard]] CubeGain gain(std::uint32_t cell, const Box3f& box, const ColorCube& cube);
+    /// How a cell looks aslant. After `sample`.
+    [[nodiscard]] ObliqueLook look(std::uint32_t cell, const Box3f& box, const ColorCube& cube);
 
   private:
-    /// Directions that are tried for every cell, and rays along each where faces have 4 x 4.
-    static constexpr std::size_t kDirections = 8;
-    static constexpr std::size_t kOblique = 6;
-
     [[nodiscard]] bool is_sheet_seen() const noexcept;
 
     const SurfaceSampler* sampler_;
@@ -122,7 +218,7 @@ class CellSampler {
     std::uint32_t side_ = 0;
     std::vector<SurfaceRay> rays_;
     std::vector<SurfaceHit> hits_;
-    std::vector<SurfaceRay> oblique_;
+    ObliqueRays oblique_;
     std::vector<SurfaceHit> oblique_hits_;
 };
 
@@ -154,7 +250,7 @@ bool CellSampler::is_sheet_seen() const noexcept {
         }
     };
     add(rays_, hits_);
-    add(oblique_, oblique_hits_);
+    add(oblique_.rays, oblique_hits_);
     if (met < kFewest) {
         return false;
     }
@@ -208,83 +304,153 @@ bool CellSampler::is_sheet_seen() const noexcept {
         }
     };
     count(rays_, hits_);
-    count(oblique_, oblique_hits_);
+    count(oblique_.rays, oblique_hits_);
     constexpr float kOpaque = 0.9F;
     return static_cast<float>(stopped) >= kOpaque * static_cast<float>(crossing);
 }
 
-CubeGain CellSampler::gain(std::uint32_t cell, const Box3f& box, const ColorCube& cube) {
+ObliqueLook CellSampler::look(std::uint32_t cell, const Box3f& box, const ColorCube& cube) {
     const glm::vec3 size = extent(box);
-    const glm::vec3 areas(size.y * size.z, size.z * size.x, size.x * size.y);
-    constexpr float kBeyond = 1e-3F;
-    const std::size_t each = kOblique * std::max(side_ * side_ / 16U, 1U);
-    oblique_.resize(kDirections * each);
-    oblique_hits_.resize(oblique_.size());
-    std::array<glm::vec3, kDirections> directions{};
-    std::array<float, kDirections> silhouettes{};
-    std::uint32_t seed = (cell + 1U) * 0x9E3779B9U;
-    for (std::size_t i = 0; i < kDirections; ++i) {
-        // Bands of equal area, the turn within each left to chance.
-        const float z =
-            -1.0F + 2.0F * (static_cast<float>(i) + jitter(seed++)) / float{kDirections};
-        const float turn = 2.0F * std::numbers::pi_v<float> * jitter(seed++);
-        const float ring = std::sqrt(std::max(0.0F, 1.0F - z * z));
-        const glm::vec3 direction(ring * std::cos(turn), ring * std::sin(turn), z);
-        directions[i] = direction;
-        const glm::vec3 seen = glm::abs(direction) * areas;
-        silhouettes[i] = seen.x + seen.y + seen.z;
-        for (std::size_t k = 0; k < each; ++k) {
-            // Uniform over the silhouette: first the face, then the point on it.
-            float choice = jitter(seed++) * silhouettes[i];
-            int axis = 0;
-            while (axis < 2 && choice >= seen[axis]) {
-                choice -= seen[axis++];
-            }
-            glm::vec3 from = box.lo;
-            from[(axis + 1) % 3] += size[(axis + 1) % 3] * jitter(seed++);
-            from[(axis + 2) % 3] += size[(axis + 2) % 3] * jitter(seed++);
-            from[axis] = direction[axis] > 0.0F ? box.lo[axis] : box.hi[axis];
-            float length = std::numeric_limits<float>::infinity();
-            for (int a = 0; a < 3; ++a) {
-                const float way = direction[a] > 0.0F ? box.hi[a] - from[a] : from[a] - box.lo[a];
-                length = std::min(length, way / std::max(std::abs(direction[a]), 1e-12F));
-            }
-            const float beyond = std::max({size.x, size.y, size.z}) * kBeyond;
-            oblique_[i * each + k] = {
-                from - direction * beyond, direction * (length + 2.0F * beyond)};
-        }
-    }
+    aim(cell, box, side_, oblique_);
+    oblique_hits_.resize(oblique_.rays.size());
     sampler_->cast(
         item_,
-        oblique_,
+        oblique_.rays,
         std::max({size.x, size.y, size.z}) / static_cast<float>(side_),
         oblique_hits_
     );
-    float covered = 0.0F;
-    for (std::size_t i = 0; i < oblique_.size(); ++i) {
-        covered += oblique_hits_[i].t <= 1.0F ? silhouettes[i / each] : 0.0F;
+    const std::size_t each = oblique_.rays.size() / kDirections;
+    ObliqueLook result;
+    for (std::size_t i = 0; i < oblique_.rays.size(); ++i) {
+        result.covered += oblique_hits_[i].t <= 1.0F ? oblique_.silhouettes[i / each] : 0.0F;
     }
-    covered /= static_cast<float>(each);
-    const auto expected = [&](float with) {
+    result.covered /= static_cast<float>(each);
+    // On a scale of powers of two.
+    const float power = halve_to(-4.0F, 4.0F, 7, result.covered, [&](float of) {
         float sum = 0.0F;
         for (std::size_t i = 0; i < kDirections; ++i) {
-            glm::vec3 depths(0.0F);
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                const auto a = static_cast<int>(axis);
-                depths[a] = optical_depth(cube.faces[face_of(axis, directions[i][a] < 0.0F)].a);
-            }
-            sum += silhouettes[i] * oblique_alpha(depths, directions[i], size, with);
+            sum += oblique_.silhouettes[i] *
+                   alpha_along(cube, size, oblique_.directions[i], std::exp2(of));
         }
         return sum;
-    };
-    // Expected coverage grows with the gain: halve where it may be, on a scale of powers of two.
-    float lo = -4.0F;
-    float hi = 4.0F;
-    for (int i = 0; i < 7; ++i) {
-        const float middle = 0.5F * (lo + hi);
-        (expected(std::exp2(middle)) < covered ? lo : hi) = middle;
+    });
+    result.gain = std::exp2(power);
+    result.sheet = is_sheet_seen();
+    return result;
+}
+
+bool meets(const SurfaceRay& ray, const Box3f& box) noexcept {
+    float enter = 0.0F;
+    float leave = 1.0F;
+    for (int axis = 0; axis < 3; ++axis) {
+        const float along = ray.along[axis];
+        const float lo = box.lo[axis] - ray.from[axis];
+        const float hi = box.hi[axis] - ray.from[axis];
+        if (along == 0.0F) {
+            leave = lo > 0.0F || hi < 0.0F ? -1.0F : leave;
+            continue;
+        }
+        enter = std::max(enter, std::min(lo / along, hi / along));
+        leave = std::min(leave, std::max(lo / along, hi / along));
     }
-    return make_gain(std::exp2(0.5F * (lo + hi)), is_sheet_seen());
+    return enter < leave;
+}
+
+/// What makes up for what colours of single cells do not know: whether what is in cells one behind
+/// the other hides itself more or less than by chance. One factor of the gains for each level: with
+/// it the children of the cells above cover as much as these do. Half of the neighbours of a cell
+/// are under another parent and hide each other as much, so it counts twice.
+/// @param looks by cell; gains change
+void correct_for_order(
+    const ColorCubeTree& tree,
+    const std::vector<CellPlace>& places,
+    const std::vector<std::uint32_t>& rays_a_side,
+    std::vector<ObliqueLook>& looks
+) {
+    constexpr std::size_t kParents = 512; // of a level that are asked
+    std::vector<std::vector<std::uint32_t>> levels(1, {0});
+    for (std::size_t depth = 0; depth < levels.size(); ++depth) {
+        std::vector<std::uint32_t> below;
+        for (const std::uint32_t cell : levels[depth]) {
+            for (std::uint32_t k = 0;
+                 tree.cells[cell].octants != 0 && k < child_count(tree.cells[cell]);
+                 ++k) {
+                below.push_back(tree.cells[cell].first + k);
+            }
+        }
+        if (!below.empty()) {
+            levels.push_back(std::move(below));
+        }
+    }
+    const auto box_of = [&](std::uint32_t cell) {
+        return contents_box(tree.cells[cell], places[cell].lo, places[cell].edge);
+    };
+    ObliqueRays rays;
+    std::vector<float> factors;
+    for (std::size_t depth = 0; depth + 1 < levels.size(); ++depth) {
+        std::vector<std::uint32_t> parents;
+        for (const std::uint32_t cell : levels[depth]) {
+            if (tree.cells[cell].octants != 0) {
+                parents.push_back(cell);
+            }
+        }
+        const std::size_t stride = (parents.size() + kParents - 1) / kParents;
+        // Of each ray, one bit for each child that it meets.
+        std::vector<std::uint8_t> met;
+        float wanted = 0.0F;
+        for (std::size_t i = 0; i < parents.size(); i += stride) {
+            const std::uint32_t parent = parents[i];
+            const CubeCell& cell = tree.cells[parent];
+            aim(parent, box_of(parent), rays_a_side[parent], rays);
+            wanted += looks[parent].covered;
+            for (const SurfaceRay& ray : rays.rays) {
+                unsigned mask = 0;
+                for (std::uint32_t k = 0; k < child_count(cell); ++k) {
+                    mask |= meets(ray, box_of(cell.first + k)) ? 1U << k : 0U;
+                }
+                met.push_back(static_cast<std::uint8_t>(mask));
+            }
+        }
+        const float power = halve_to(-1.0F, 1.0F, 8, wanted, [&](float of) {
+            float sum = 0.0F;
+            std::size_t next = 0;
+            for (std::size_t i = 0; i < parents.size(); i += stride) {
+                const CubeCell& cell = tree.cells[parents[i]];
+                aim_directions(parents[i], box_of(parents[i]), rays);
+                const std::size_t each = rays_each(rays_a_side[parents[i]]);
+                for (std::size_t direction = 0; direction < kDirections; ++direction) {
+                    std::array<float, 8> passed{};
+                    for (std::uint32_t k = 0; k < child_count(cell); ++k) {
+                        const std::uint32_t child = cell.first + k;
+                        const float gain =
+                            looks[child].gain * (looks[child].sheet ? 1.0F : std::exp2(of));
+                        passed[k] = 1.0F - alpha_along(
+                                               tree.cubes[child],
+                                               extent(box_of(child)),
+                                               rays.directions[direction],
+                                               gain
+                                           );
+                    }
+                    float hidden = 0.0F;
+                    for (std::size_t k = 0; k < each; ++k) {
+                        float through = 1.0F;
+                        for (unsigned rest = met[next++]; rest != 0; rest &= rest - 1) {
+                            through *= passed[static_cast<std::size_t>(std::countr_zero(rest))];
+                        }
+                        hidden += 1.0F - through;
+                    }
+                    sum += rays.silhouettes[direction] * hidden / static_cast<float>(each);
+                }
+            }
+            return sum;
+        });
+        factors.push_back(parents.empty() ? 1.0F : std::exp2(power));
+    }
+    for (std::size_t depth = 1; depth < levels.size(); ++depth) {
+        for (const std::uint32_t cell : levels[depth]) {
+            looks[cell].gain *= looks[cell].sheet ? 1.0F : factors[depth - 1] * factors[depth - 1];
+        }
+    }
 }
 
 void compose_interiors(ColorCubeTree& tree) {
@@ -332,14 +498,14 @@ std::vector<std::uint32_t> rays_of(const ColorCubeTree& tree, const ColorCubeOpt
 
 /// A cell is a part of a surface where the cell around it is one as well: a single leaf faces one
 /// way, the leaves around it do not.
-void keep_surfaces(ColorCubeTree& tree) {
+void keep_surfaces(const ColorCubeTree& tree, std::vector<ObliqueLook>& looks) {
     // From the back, so that what is said of a cell is not changed before its children have seen
     // it.
     for (std::size_t i = tree.cells.size(); i-- > 0;) {
         const CubeCell& cell = tree.cells[i];
         for (std::uint32_t k = 0; cell.octants != 0 && k < child_count(cell); ++k) {
-            CubeGain& gain = tree.gains[cell.first + k];
-            gain = with_sheet(gain, is_sheet(gain) && is_sheet(tree.gains[i]));
+            ObliqueLook& child = looks[cell.first + k];
+            child.sheet = child.sheet && looks[i].sheet;
         }
     }
 }
@@ -360,7 +526,7 @@ void color_cells(
     tree.light_sets = static_cast<std::uint32_t>(lights.size());
     tree.cubes.assign(cells * lights.size(), {});
     const bool composed_interiors = options.colors == CubeColors::composed;
-    tree.gains.assign(composed_interiors ? 0 : cells, {});
+    std::vector<ObliqueLook> looks(composed_interiors ? 0 : cells);
     const std::vector<std::uint32_t> rays_a_side = rays_of(tree, options);
     executor.run((cells + kCellsAtOnce - 1) / kCellsAtOnce, [&](std::size_t chunk) {
         CellSampler cell_sampler(sampler, item, lights, ambient, rays_a_side);
@@ -371,15 +537,20 @@ void color_cells(
                 const auto index = static_cast<std::uint32_t>(i);
                 cell_sampler.sample(index, box, &tree.cubes[i], cells);
                 if (!composed_interiors) {
-                    tree.gains[i] = cell_sampler.gain(index, box, tree.cubes[i]);
+                    looks[i] = cell_sampler.look(index, box, tree.cubes[i]);
                 }
             }
         }
     });
     if (composed_interiors) {
         compose_interiors(tree);
-    } else {
-        keep_surfaces(tree);
+        return;
+    }
+    keep_surfaces(tree, looks);
+    correct_for_order(tree, places, rays_a_side, looks);
+    tree.gains.reserve(cells);
+    for (const ObliqueLook& look : looks) {
+        tree.gains.push_back(make_gain(look.gain, look.sheet));
     }
 }
 

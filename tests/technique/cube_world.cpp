@@ -285,11 +285,10 @@ CubePlanReader::CubePlanReader(const CubeWorld& world) : world_(&world) {
         }
         auto& holders = holders_.emplace_back(numbers);
         for (std::uint32_t cell = 0; cell < tree.cells.size(); ++cell) {
-            for (std::size_t i = tree.cells[cell].first; tree.cells[cell].octants == 0; ++i) {
-                holders[tree.contents[i] & ~ColorCubeTree::kLast].push_back(cell);
-                if ((tree.contents[i] & ColorCubeTree::kLast) != 0) {
-                    break;
-                }
+            if (tree.cells[cell].octants == 0) {
+                for_each_content(tree, tree.cells[cell], [&](std::uint32_t number) {
+                    holders[number].push_back(cell);
+                });
             }
         }
     }

@@ -61,7 +61,7 @@ enum class CubeColors : std::uint8_t {
 struct ColorCubeOptions {
     /// What drawing a colour cube costs, in triangles: cells are divided until their contents cost
     /// no more than the cubes of the children that they would get. (0, 1e6]
-    double cube_cost = 3.25;
+    double cube_cost = 2.5;
     std::uint32_t max_depth = 16; ///< levels below the root, [0, 20]
     /// A cell is not divided where its contents would be in more cells than about this for every
     /// triangle that they cost, taking those of each to be alike: bounds the memory of heaps of
