@@ -781,6 +781,16 @@ TEST_CASE("plans are the same on every run, far away as well, and allocate nothi
     CHECK(after == before);
 }
 
+TEST_CASE("a walk plans what it always has") {
+    // Without prediction nothing in a plan comes from the mathematics library: it only decides, and
+    // by more than its last digit.
+    const SpriteWorld world = make_sprite_world({.trees = 10});
+    LodSprite sprite = make_sprite(world, {.error_px = 2.0});
+    const Totals totals = Walker(world).walk(sprite, passing(150, 0.5));
+    CAPTURE(totals.made, totals.projected);
+    CHECK(totals.digest == 0xcba23c214251676aULL);
+}
+
 TEST_CASE("options out of range are refused by name") {
     using Catch::Matchers::Contains;
     const auto message = [](const LodSpriteOptions& options) {
