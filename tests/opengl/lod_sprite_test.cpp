@@ -239,7 +239,8 @@ TEST_CASE("Nothing projected is farther off its place than promised") {
         for (int y = 0; y < kHeight; ++y) {
             for (int x = 0; x < kWidth; ++x) {
                 const PositionTexel& texel =
-                    positions->texels[static_cast<std::size_t>(y * kWidth + x)];
+                    positions->texels
+                        [static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x)];
                 if (texel.item != ItemId{0}) {
                     own += texel.item == kNone<ItemId> ? 0U : 1U;
                     continue;

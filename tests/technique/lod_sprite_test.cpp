@@ -255,6 +255,7 @@ TEST_CASE("over a flat field a keyframe is right until its texels are too large"
     const auto world = make_sprite_world({}, [](double, double) { return 0.0; });
     Walker walker(world);
     std::vector<View> sideways;
+    sideways.reserve(400);
     for (int i = 0; i < 400; ++i) {
         // Across the whole field, looking straight down from far above: all of it is in view.
         sideways.push_back(look_at(
@@ -272,6 +273,7 @@ TEST_CASE("over a flat field a keyframe is right until its texels are too large"
     // Down to a twentieth of the height, towards the middle: each keyframe lasts for a factor of
     // two, give or take how many parts of the picture are beyond it.
     std::vector<View> down;
+    down.reserve(200);
     for (int i = 0; i < 200; ++i) {
         const double height = 2000.0 * std::pow(0.05, i / 199.0);
         down.push_back(

@@ -64,10 +64,11 @@ SpriteWorld make_sprite_world(const SpriteWorldOptions& options, const HeightAt&
               world.grid.post(column + 1, row),
               world.grid.post(column, row + 1),
               world.grid.post(column + 1, row + 1)}) {
+            const std::size_t post_row = post / options.posts;
             const glm::dvec3 at(
                 static_cast<double>(post % options.posts) * world.grid.spacing_m,
                 double{world.grid.heights[post]},
-                static_cast<double>(post / options.posts) * world.grid.spacing_m
+                static_cast<double>(post_row) * world.grid.spacing_m
             );
             box = unite(box, world.grid.origin + at);
         }
