@@ -326,3 +326,73 @@ TEST_CASE("A walk with a cache is cast as it is rasterised") {
         CHECK(sum.same_color >= 0.99 * sum.same_item);
     }
 }
+
+TEST_CASE("Keyframes are projected alike, onto the scene that they are of") {
+    const glm::dvec3 offset = GENERATE(glm::dvec3(0.0), glm::dvec3(1e7, -2e6, 4e6));
+    const SmallWorld world = make_world(small_scene(offset));
+    const Pair pair = make_pair(world.scene, &world.hierarchy);
+    if (pair.device == nullptr) {
+        return;
+    }
+    CulledGeometry geometry(world.hierarchy);
+    Agreement sum;
+    int keyframe_pixels = 0;
+    int same_source = 0;
+    for (const int frame : {0, 40, 90}) {
+        // Keyframes of two frames earlier and later, of all that is in view from either.
+        FramePlan plan = geometry.plan(small_walk(frame, kWidth, kHeight, offset));
+        const auto commands = static_cast<std::uint32_t>(plan.commands.size());
+        const Pass shown = plan.passes[0];
+        plan.pages = {{.page = PageId{0}, .size = 512, .scratch = true}};
+        plan.passes.clear();
+        for (const int other : {frame - 4, frame + 4}) {
+            const auto index = static_cast<std::uint32_t>(plan.keyframes.size());
+            const auto page = static_cast<PageId>(index + 1);
+            plan.pages.push_back({.page = page, .size = 512, .depth = true});
+            Pass pass = shown;
+            pass.page = PageId{0};
+            pass.view = small_walk(other, kWidth, kHeight, offset);
+            pass.batch = index;
+            pass.copy_page = page;
+            pass.copy = {7, 5, kWidth, kHeight};
+            pass.copy_near = 1.0F;
+            pass.copy_far = 101.0F;
+            plan.passes.push_back(pass);
+            Keyframe keyframe;
+            keyframe.page = page;
+            keyframe.source = pass.copy;
+            keyframe.view = pass.view;
+            keyframe.copy_near = pass.copy_near;
+            keyframe.copy_far = pass.copy_far;
+            keyframe.offset_m = 0.01F;
+            keyframe.max_shift_px = 1.0F;
+            keyframe.node = index;
+            plan.keyframes.push_back(keyframe);
+        }
+        plan.passes.push_back(shown);
+        plan.passes.back().batch = 2;
+        plan.passes.back().first_command = commands;
+        for (std::uint32_t i = 0; i < commands; ++i) {
+            Command command = plan.commands[i];
+            command.kind = Command::Kind::projected;
+            command.keyframe_count = 2;
+            plan.commands.push_back(command);
+        }
+        const Shown rastered = show(*pair.rastered, plan, kWidth, kHeight);
+        const Shown cast = show(*pair.cast, plan, kWidth, kHeight);
+        // A keyframe's colours change from texel to texel, and pixels that see one by a hair in one
+        // of the two do not in the other: a step of depth or a hundredth of a pixel.
+        compare(rastered, cast, 8, sum);
+        for (std::size_t i = 0; i < cast.positions.texels.size(); ++i) {
+            const std::uint32_t node = cast.positions.texels[i].node;
+            keyframe_pixels += node != UINT32_MAX ? 1 : 0;
+            same_source += node != UINT32_MAX && rastered.positions.texels[i].node == node ? 1 : 0;
+        }
+    }
+    CAPTURE(sum.calm, sum.same_item, sum.same_color, keyframe_pixels, same_source);
+    CHECK(sum.calm > 3 * kWidth * kHeight / 4);
+    CHECK(keyframe_pixels > 3 * kWidth * kHeight / 8);
+    CHECK(same_source > keyframe_pixels * 0.97);
+    CHECK(sum.same_item > sum.calm * 0.999);
+    CHECK(sum.same_color > sum.same_item * 0.99);
+}
