@@ -42,7 +42,7 @@ Result<GLuint> link_program(
         if (text->empty()) {
             continue;
         }
-        const Result<GLuint> shader = compile(name, stage, *text);
+        Result<GLuint> shader = compile(name, stage, *text);
         if (!shader) {
             glDeleteProgram(program);
             return shader;

@@ -53,6 +53,13 @@ std::string number(std::size_t value) {
     return std::to_string(value);
 }
 
+void replace_all(std::string& text, const std::string& what, const std::string& by) {
+    for (std::size_t at = text.find(what); at != std::string::npos;
+         at = text.find(what, at + by.size())) {
+        text.replace(at, what.size(), by);
+    }
+}
+
 /// Of how many keyframes the fragment shader gets the rows with the triangle. Software rasterisers
 /// read uniforms pixel by pixel, which is most of the work then; but with more than these there may
 /// be more inputs than a device has.
@@ -332,37 +339,36 @@ std::string projection_fragment_body(const ProjectionVariant& variant, bool posi
         "    vec3 normal = normalize(cross(steps[0], steps[1]));\n";
     const std::size_t flat = flat_keyframes(variant, positions);
     for (std::size_t i = 0; i < variant.keyframes; ++i) {
-        const std::string k = number(i);
-        std::string keyframe = "keyframe_at(" + k + ")";
+        std::string one = R"(
+    if (!found) {
+        Keyframe keyframe = KEYFRAME;
+        found = SEEN;
+        result = found ? vec4(min(sight.color.rgb / sight.color.a, vec3(1.0)), 1.0) : result;
+)";
+        if (positions) {
+            one += R"(
+        if (found) {
+            show_point(points[#], layers[#], keyframe, sight, camera_point.xyz, steps, nodes[#]);
+        }
+)";
+        }
+        one += "    }\n";
+        std::string keyframe = "keyframe_at(#)";
         if (variant.whole_triangles && flat > 0) {
             keyframe = keyframe_of_flat(0);
         } else if (i < flat) {
             keyframe = keyframe_of_flat(i);
         }
-        const std::string arguments =
-            "(colors[" + k + "], depths[" + k + "], keyframe, camera_point";
-        const std::string seen = variant.whole_triangles
-                                     ? "shown == " + k + " && look_whole" + arguments + ", sight)"
-                                     : "look" + arguments + ", normal, sight)";
-        text +=
-            "    if (!found) {\n"
-            "        Keyframe keyframe = " +
-            keyframe +
-            ";\n"
-            "        found = " +
-            seen +
-            ";\n"
-            "        result = found ? vec4(min(sight.color.rgb / sight.color.a, vec3(1.0)), 1.0)"
-            "\n                       : result;\n";
-        if (positions) {
-            text += "        if (found) {\n"
-                    "            show_point(points[" +
-                    k + "], layers[" + k + "], keyframe, sight, camera_point.xyz, steps, nodes[" +
-                    k +
-                    "]);\n"
-                    "        }\n";
-        }
-        text += "    }\n";
+        replace_all(one, "KEYFRAME", keyframe);
+        replace_all(
+            one,
+            "SEEN",
+            variant.whole_triangles
+                ? "shown == # && look_whole(colors[#], depths[#], keyframe, camera_point, sight)"
+                : "look(colors[#], depths[#], keyframe, camera_point, normal, sight)"
+        );
+        replace_all(one, "#", number(i));
+        text += one;
     }
     return text;
 }
