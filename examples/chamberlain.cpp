@@ -3,6 +3,7 @@
 // (table 2), how their cost grows with the scene (figure 5) and how surfaces tear (plate 4); and
 // what the paper has no figures of: errors against the truth, covered area, slow motion.
 #include "run/backends.hpp"
+#include "run/page.hpp"
 #include "run/program.hpp"
 #include "run/technique.hpp"
 #include "run/world.hpp"
@@ -22,10 +23,8 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <numbers>
@@ -37,6 +36,7 @@
 namespace {
 
 using namespace farfield;
+using run::Page;
 
 struct Options {
     std::string only;
@@ -45,25 +45,6 @@ struct Options {
     std::string molecule = "molecule"; ///< scene, or a .pdb file
     int repeats = 7;
     int most_trees = 16384;
-};
-
-/// Text that goes to the terminal and into the page of results.
-class Page {
-  public:
-    explicit Page(const std::filesystem::path& file) : file_(file) {}
-
-    template <typename... Values>
-    void line(const char* format, Values... values) {
-        std::array<char, 1024> text{};
-        std::snprintf(text.data(), text.size(), format, values...);
-        std::puts(text.data());
-        std::fflush(stdout);
-        file_ << text.data() << '\n';
-        file_.flush();
-    }
-
-  private:
-    std::ofstream file_;
 };
 
 double median(std::vector<double> values) {

@@ -3,6 +3,7 @@
 // through a flat scene, along a forest and into it, and what it saves; and what keeping images all
 // around costs and brings when the head turns.
 #include "run/backends.hpp"
+#include "run/contact_sheet.hpp"
 #include "run/program.hpp"
 #include "run/technique.hpp"
 #include "run/world.hpp"
@@ -274,31 +275,6 @@ Picture draw_map(
     map.line_px = legend ? 2.0F : 1.0F;
     const OverlayNodes nodes = {.statuses = cache.statuses(), .events = cache.events()};
     return eval::birds_eye(world.hierarchy, nodes, view, map);
-}
-
-/// Pictures of one size side by side, row by row.
-Picture contact_sheet(const std::vector<Picture>& tiles, int columns) {
-    constexpr int kGap = 8;
-    const int width = tiles.front().width + kGap;
-    const int height = tiles.front().height + kGap;
-    const int rows = (static_cast<int>(tiles.size()) + columns - 1) / columns;
-    Picture sheet{columns * width + kGap, rows * height + kGap, {}};
-    sheet.rgba.assign(
-        static_cast<std::size_t>(sheet.width) * static_cast<std::size_t>(sheet.height) * 4, 255
-    );
-    for (std::size_t tile = 0; tile < tiles.size(); ++tile) {
-        const int left = kGap + static_cast<int>(tile) % columns * width;
-        const int top = kGap + static_cast<int>(tile) / columns * height;
-        const std::ptrdiff_t row_bytes = std::ptrdiff_t{4} * tiles[tile].width;
-        for (int y = 0; y < tiles[tile].height; ++y) {
-            std::copy_n(
-                tiles[tile].rgba.begin() + y * row_bytes,
-                row_bytes,
-                sheet.rgba.begin() + ((top + y) * std::ptrdiff_t{sheet.width} + left) * 4
-            );
-        }
-    }
-    return sheet;
 }
 
 /// One figure of every frame, by a function of the frame.
@@ -650,7 +626,7 @@ run_experiment(const Options& options, const Experiment& experiment, std::vector
     if (!tiles.empty()) {
         constexpr int kColumns = 5;
         const std::string file = path_in(options, std::string(experiment.name) + "_maps.png");
-        if (Result<void> written = io::write_png(file, contact_sheet(tiles, kColumns)); !written) {
+        if (Result<void> written = io::write_png(file, run::contact_sheet(tiles, kColumns)); !written) {
             return written;
         }
     }
