@@ -34,7 +34,8 @@ void main() {
 #if DEPTH == NONE
     // The whole quad stands at one depth.
     float z = projection[2][2] * -depths.x + projection[3][2];
-    gl_Position.z = z / depths.x * gl_Position.w;
+    // At the near or far distance rounding must not take it beyond.
+    gl_Position.z = clamp(z / depths.x, 0.0, 1.0) * gl_Position.w;
 #elif DEPTH == TEXEL
     // Neither the near plane nor the far one cuts the quad: where it is drawn its texels tell.
     gl_Position.z = 0.5 * gl_Position.w;

@@ -1011,7 +1011,10 @@ void LodSprite::Impl::write_image_frame(const View& view, std::uint32_t index) n
                               static_cast<float>(lens.bottom) * camera.up);
     quad.edge_u = plane * static_cast<float>(lens.right - lens.left) * camera.right;
     quad.edge_v = plane * static_cast<float>(lens.top - lens.bottom) * camera.up;
-    quad.depth = std::min(slot.copy_near, static_cast<float>(lens.far_distance));
+    // Just behind the near plane at the nearest, or rounding would clip the quad.
+    const float nearest = static_cast<float>(lens.near_distance) * 1.0001F;
+    const auto farthest = static_cast<float>(lens.far_distance);
+    quad.depth = std::min(std::max(slot.copy_near, nearest), farthest);
     quad.viewpoint = camera.eye;
     quad.near_ratio = slot.copy_near / plane;
     quad.far_ratio = slot.copy_far / plane;

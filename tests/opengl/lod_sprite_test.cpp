@@ -165,6 +165,35 @@ TEST_CASE("The frame in which a keyframe is made equals geometry") {
     CHECK((with_post || margin > 1.0 || different == 0));
 }
 
+TEST_CASE("A keyframe of what is all around the eye is not cut by the near plane") {
+    const Terrain terrain = make_terrain(false, false);
+    const auto device = Device::create(terrain.world.scene, &terrain.world.hierarchy);
+    if (device == nullptr) {
+        return;
+    }
+    // Within the box of the pair, over the rim: as near as the near plane for all that is known.
+    const Box3d box = scene_bounds(terrain.world.scene);
+    const glm::dvec3 eye(box.lo.x + 1.0, box.hi.y, center(box).z);
+    CulledGeometry geometry(terrain.world.hierarchy);
+    for (int i = 0; i < 16; ++i) {
+        // Whether rounding brings a depth before the near plane depends on all of its digits.
+        const double near_distance = 0.05 * (1.0 + 0.13 * i);
+        const Lens lens =
+            perspective_lens(0.9, static_cast<double>(kWidth) / kHeight, near_distance, 1000.0);
+        const View view = look_at(eye, center(box), {0.0, 1.0, 0.0}, lens, kWidth, kHeight);
+        auto sprite = LodSprite::create(terrain.world.hierarchy, terrain.pairs, guaranteed(1.0));
+        REQUIRE(sprite.has_value());
+        const FramePlan& plan = sprite->plan(view, {});
+        REQUIRE(sprite->statistics().frame == SpriteFrame::image);
+        REQUIRE(plan.passes[0].copy_near == static_cast<float>(near_distance));
+        const Picture picture = draw(*device->backend, plan, kWidth, kHeight, 1, sky_clear());
+        const Picture reference =
+            draw(*device->backend, geometry.plan(view), kWidth, kHeight, 1, sky_clear());
+        CAPTURE(near_distance);
+        CHECK(picture == reference);
+    }
+}
+
 TEST_CASE("What is projected is near geometry, and nearer than the coarse model alone") {
     const bool refinable = GENERATE(false, true);
     const Terrain terrain = make_terrain(refinable, true);
