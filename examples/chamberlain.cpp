@@ -114,13 +114,16 @@ class Stage {
     }
 
     /// Plain geometry, the faster of both orders. [ms]
-    Result<double> time_geometry(const View& view, int samples) {
-        auto sorted = time([&]() -> const FramePlan& { return geometry_->plan(view); }, samples);
-        if (!sorted) {
-            return sorted;
+    /// Plain geometry, ordered from the front and as it is stored. [ms]
+    Result<std::array<double, 2>> time_geometry(const View& view, int samples) {
+        const auto sorted =
+            time([&]() -> const FramePlan& { return geometry_->plan(view); }, samples);
+        const auto stored =
+            time([&]() -> const FramePlan& { return stored_->plan(view); }, samples);
+        if (!sorted || !stored) {
+            return tl::unexpected((sorted ? stored : sorted).error());
         }
-        auto stored = time([&]() -> const FramePlan& { return stored_->plan(view); }, samples);
-        return stored ? Result<double>(std::min(*sorted, *stored)) : stored;
+        return std::array<double, 2>{*sorted, *stored};
     }
 
     Result<Picture> picture(const FramePlan& plan, int samples, bool truth = false) {
@@ -216,25 +219,43 @@ measure(Stage& stage, const Way& way, const View& view, int repeats, bool once =
     };
     Measured result;
     std::vector<double> times;
-    std::vector<double> geometry_times;
-    std::vector<double> ratios;
+    std::array<std::vector<double>, 2> geometry_times; // by order
     const auto sorted = [&]() -> const FramePlan& { return stage.geometry().plan(view); };
     for (int i = once ? 0 : -1; i < repeats; ++i) {
-        const auto geometry_ms = !once    ? stage.time_geometry(view, way.samples)
-                                 : i == 0 ? stage.time(sorted, way.samples)
-                                          : Result<double>(geometry_times.front());
+        std::array<double, 2> geometry_ms{};
+        if (!once) {
+            const auto both = stage.time_geometry(view, way.samples);
+            if (!both) {
+                return tl::unexpected(both.error());
+            }
+            geometry_ms = *both;
+        } else if (i == 0) {
+            const auto one = stage.time(sorted, way.samples);
+            if (!one) {
+                return tl::unexpected(one.error());
+            }
+            geometry_ms = {*one, *one};
+        } else {
+            geometry_ms = {geometry_times[0].front(), geometry_times[1].front()};
+        }
         const auto ms = stage.time(plan, way.samples);
-        if (!geometry_ms || !ms) {
-            return tl::unexpected((geometry_ms ? ms : geometry_ms).error());
+        if (!ms) {
+            return tl::unexpected(ms.error());
         }
         if (i >= 0) { // the first warms up
             times.push_back(*ms);
-            geometry_times.push_back(*geometry_ms);
-            ratios.push_back(*geometry_ms / *ms);
+            geometry_times[0].push_back(geometry_ms[0]);
+            geometry_times[1].push_back(geometry_ms[1]);
         }
     }
+    // The faster order of all frames; of each frame, it would be the one that was less disturbed.
+    const std::size_t faster = median(geometry_times[1]) < median(geometry_times[0]) ? 1 : 0;
+    std::vector<double> ratios;
+    for (std::size_t i = 0; i < times.size(); ++i) {
+        ratios.push_back(geometry_times[faster][i] / times[i]);
+    }
     result.ms = median(times);
-    result.geometry_ms = median(geometry_times);
+    result.geometry_ms = median(geometry_times[faster]);
     result.speedup = median(ratios);
     constexpr int kTruthSamples = 16;
     const auto picture = stage.picture(plan(), way.samples);

@@ -198,14 +198,20 @@ class Divider {
         const std::vector<Entry>& entries,
         std::array<std::vector<Entry>, 8>& children
     ) const {
+        // What a reference shows is no smaller in a smaller cell. But where more of them overlap
+        // than stand around one place side by side, one cell stands for all.
+        constexpr std::ptrdiff_t kSideBySide = 4;
+        const auto references = std::count_if(entries.begin(), entries.end(), [&](const Entry& e) {
+            return e.number < contents_->references.size();
+        });
+        const float largest = references > kSideBySide ? 8.0F * place.edge : place.edge;
         double whole = 0.0;
         double borne = 0.0;
         for (const Entry& entry : entries) {
             const double full = cost(entry.number);
             whole += full;
-            // What a reference shows is no smaller in a smaller cell.
             const bool divisible =
-                entry.number >= contents_->references.size() || size_of(entry.number) < place.edge;
+                entry.number >= contents_->references.size() || size_of(entry.number) < largest;
             borne += divisible ? full * entry.share : 0.0;
         }
         if (place.depth >= options_->max_depth || borne <= options_->cube_cost) {

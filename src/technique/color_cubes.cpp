@@ -25,8 +25,10 @@ constexpr std::uint32_t kJudgedLevels = 4;
 constexpr std::uint32_t kNone32 = UINT32_MAX;
 /// Most steps that depths of a frame are sorted by: what is in one step keeps its order.
 constexpr std::uint32_t kDepthSteps = 1U << 16U;
-/// Cubes have to be so much cheaper than the geometry that they stand for.
+/// Cubes have to be so much cheaper than the geometry that they stand for. What references take is
+/// guessed from one of their trees, so they have to be cheaper still.
 constexpr double kWorthIt = 0.9;
+constexpr double kReferencesWorthIt = 0.65;
 /// Picking a triangle and handing it over one by one, in triangles.
 constexpr double kSelected = 0.45;
 /// Deepest stack of a walk: seven siblings wait on each level.
@@ -482,7 +484,7 @@ void ColorCubes::Walk::tree(
             const double geometry_s = double{profile.cost} * self.options_.costs.triangle_s;
             if (!around &&
                 cost_s(profiles, profile, visit.edge * frame.scale, depth * frame.scale) >=
-                    kWorthIt * geometry_s) {
+                    (of.reference_count > 0 ? kReferencesWorthIt : kWorthIt) * geometry_s) {
                 if (visit.cell == 0 && reference == nullptr) {
                     self.statistics_.geometry = true;
                     return;
@@ -729,6 +731,7 @@ const FramePlan& ColorCubes::plan(const View& view) noexcept {
     Walk walk(*this, view);
     const Walk::Frame frame = walk.model_frame();
     walk.tree(model_->trees.size() - 1, frame, nullptr);
+    const std::size_t of_scene = depths_.size();
     walk.references(frame);
     const ColorCubeTree& scene = model_->trees.back();
     for (std::size_t group = 0; group < selected_.size(); ++group) {
@@ -754,8 +757,9 @@ const FramePlan& ColorCubes::plan(const View& view) noexcept {
             plan_.items.push_back(moving.item);
         }
     }
-    // Octants come from the back, but references overlap.
-    if (model_->references.size() > 1) {
+    // Octants come from the back, but references overlap, and come after the scene's own cells.
+    const bool of_references = depths_.size() > of_scene;
+    if (of_references && (of_scene > 0 || statistics_.references > 1)) {
         sort_from_the_back(plan_.splats, sorted_splats_);
         sort_from_the_back(plan_.cubes, sorted_cubes_);
     }
