@@ -266,6 +266,33 @@ void set_extents(ColorCubeTree& tree, std::vector<Box3f>& boxes) {
     }
 }
 
+/// Puts the cells of each level side by side: a distant view reads the upper levels and no other.
+/// @param boxes of the contents of leaves, by cell
+void order_by_levels(ColorCubeTree& tree, std::vector<Box3f>& boxes) {
+    std::vector<CubeCell> cells;
+    std::vector<std::uint32_t> old = {0}; // by new number
+    cells.reserve(tree.cells.size());
+    old.reserve(tree.cells.size());
+    for (std::size_t i = 0; i < tree.cells.size(); ++i) {
+        CubeCell cell = tree.cells[old[i]];
+        if (cell.octants != 0) {
+            const auto first = static_cast<std::uint32_t>(old.size());
+            for (std::uint32_t k = 0; k < child_count(cell); ++k) {
+                old.push_back(cell.first + k);
+            }
+            cell.first = first;
+        }
+        cells.push_back(cell);
+    }
+    std::vector<Box3f> ordered;
+    ordered.reserve(boxes.size());
+    for (const std::uint32_t cell : old) {
+        ordered.push_back(boxes[cell]);
+    }
+    tree.cells = std::move(cells);
+    boxes = std::move(ordered);
+}
+
 /// Leaves triangles that are no larger than any leaf that they reach into to one of these, the one
 /// with their middle if rounding allows, and sets how far they reach out of it.
 void keep_small_triangles_once(const CellContents& contents, ColorCubeTree& tree) {
@@ -389,8 +416,8 @@ void divide_cells(
         part = {};
     }
     tree.cells = std::move(top.cells);
-    tree.cells.shrink_to_fit();
     tree.contents = std::move(top.contents);
+    order_by_levels(tree, top.boxes);
     keep_small_triangles_once(contents, tree);
     tree.contents.shrink_to_fit();
     tree.quality = top.quality;
