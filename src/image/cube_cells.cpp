@@ -204,7 +204,7 @@ class Divider {
         const auto references = std::count_if(entries.begin(), entries.end(), [&](const Entry& e) {
             return e.number < contents_->references.size();
         });
-        const float largest = references > kSideBySide ? 4.0F * place.edge : place.edge;
+        const float largest = references > kSideBySide ? 2.0F * place.edge : place.edge;
         double whole = 0.0;
         double borne = 0.0;
         for (const Entry& entry : entries) {
