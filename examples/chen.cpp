@@ -55,6 +55,7 @@ struct Options {
     std::string mesh;         ///< file; empty: a generated one
     int repeats = 3;
     int laps = 10;
+    std::optional<int> frames;
 };
 
 /// [frame] What foresees keyframes looks so far ahead, and makes one in so many tiles.
@@ -305,7 +306,7 @@ Result<WalkResult> Stage::walk(std::span<const Way> ways, const WalkSpec& spec) 
 WalkSpec spec_of(const Stage& stage, const Options& options, const std::string& name) {
     WalkSpec spec;
     spec.name = name;
-    spec.frames = stage.world().frames;
+    spec.frames = std::min(stage.world().frames, options.frames.value_or(stage.world().frames));
     spec.view = [&stage](int frame) { return stage.world().view(frame); };
     spec.repeats = options.repeats;
     return spec;
@@ -710,17 +711,18 @@ Result<void> walk(const Options& options, Page& page) {
 /// All ways at 1 px, on another world.
 Result<void> compare_at_one(const Options& options, Page& page, Stage& stage) {
     const run::World& world = stage.world();
+    const WalkSpec spec = spec_of(stage, options, world.scene.name);
     page.line(
         "%llu triangles, %u coarse ones; %d frames of %dx%d pixels.\n",
         static_cast<unsigned long long>(world.triangles),
         stage.fixed().front().quality.facets,
-        world.frames,
+        spec.frames,
         world.width,
         world.height
     );
     std::vector<Way> ways = all_ways(stage, 1.0);
     ways.push_back({"coarse model alone", nullptr, {}});
-    const auto result = stage.walk(ways, spec_of(stage, options, world.scene.name));
+    const auto result = stage.walk(ways, spec);
     if (!result) {
         return tl::unexpected(result.error());
     }
@@ -1285,7 +1287,7 @@ std::vector<HardCase> hard_cases() {
 }
 
 Result<void> run_hard_case(const Options& options, Page& page, const HardCase& hard) {
-    constexpr int kFrames = 60;
+    constexpr int kFrames = 60; // of the whole motion
     run::WorldOptions world_options = terrain_options();
     world_options.scene_values = {{"side", hard.side_m}, {"relief", hard.relief * hard.side_m}};
     auto stage = Stage::create(options, world_options, hard.change);
@@ -1297,7 +1299,7 @@ Result<void> run_hard_case(const Options& options, Page& page, const HardCase& h
     }
     const run::World& world = (*stage)->world();
     WalkSpec spec = spec_of(**stage, options, hard.name);
-    spec.frames = kFrames;
+    spec.frames = std::min(kFrames, options.frames.value_or(kFrames));
     spec.reference_every = 5;
     spec.repeats = 1;
     spec.perceptual = false;
@@ -1405,6 +1407,8 @@ Result<void> run_program(CLI::App& app, const std::function<void()>& parse) {
            "--repeats", options.repeats, "walks of which the least time of every frame counts"
     )
         ->check(CLI::Range(1, 1000));
+    app.add_option("--frames", options.frames, "the first so many of each walk that is drawn")
+        ->check(CLI::Range(1, 10'000'000));
     app.add_option("--laps", options.laps, "back and forth")->check(CLI::Range(1, 50));
     parse();
     if (Result<void> made = run::make_folder(options.out); !made) {
