@@ -113,7 +113,7 @@ inline void show_keyframes(benchmark::State& state, Backend& backend) {
     if (!execute(make)) {
         return;
     }
-    for (auto _ : state) {
+    for ([[maybe_unused]] auto _ : state) {
         if (!execute(show)) {
             break;
         }

@@ -102,7 +102,7 @@ void draw_selected(benchmark::State& state) {
     }
     plan.commands = {command};
     const auto target = device.backend->create_target(640, 480, 1);
-    for (auto _ : state) {
+    for ([[maybe_unused]] auto _ : state) {
         if (const auto executed = device.backend->execute(plan, *target, {}); !executed) {
             state.SkipWithError(executed.error().message.c_str());
             break;

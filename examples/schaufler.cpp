@@ -626,7 +626,8 @@ run_experiment(const Options& options, const Experiment& experiment, std::vector
     if (!tiles.empty()) {
         constexpr int kColumns = 5;
         const std::string file = path_in(options, std::string(experiment.name) + "_maps.png");
-        if (Result<void> written = io::write_png(file, run::contact_sheet(tiles, kColumns)); !written) {
+        if (Result<void> written = io::write_png(file, run::contact_sheet(tiles, kColumns));
+            !written) {
             return written;
         }
     }
