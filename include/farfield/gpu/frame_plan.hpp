@@ -112,9 +112,8 @@ struct Selection {
 ///   something that hides the fragment from the eye of `view`, or that stands behind it;
 /// - it is shifted by no more than `max_shift_px`;
 /// - the colour has an alpha of at least 0.5. It is filtered, never with texels outside of
-/// `source`,
-///   or where not all of the four texels stand so near it is that of the texel alone, so that no
-///   rim of what hides the fragment is seen.
+///   `source`; where not all of the four texels stand so near, it is that of the texel alone, so
+///   that no rim of what hides the fragment is seen.
 ///
 /// The fragment then has that colour over its alpha, since geometry is opaque.
 struct Keyframe {
