@@ -268,7 +268,7 @@ inline void check_cell_positions(Backend& positions, ItemId wall) {
         std::count_if(plain->texels.begin(), plain->texels.end(), [&](const auto& texel) {
             return texel.item == wall;
         });
-    CHECK(of_wall == 32 * 32);
+    CHECK(of_wall == 32L * 32);
 }
 
 } // namespace farfield::support
