@@ -623,7 +623,8 @@ TEST_CASE("A triangle that is shown as a whole needs all of its corners seen") {
                 static_cast<std::size_t>(whole.y * kCells + whole.x) * 2 + (diagonal > 0.0 ? 1 : 0);
             const int of = shot_of_triangle(index);
             const Color color = color_at(shown, x, y);
-            ++counts[static_cast<std::size_t>(of + 1)];
+            const int counted = of + 1;
+            ++counts[static_cast<std::size_t>(counted)];
             if (of < 0) {
                 CHECK(color == kRed);
                 continue;

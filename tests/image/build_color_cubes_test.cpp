@@ -446,7 +446,8 @@ TEST_CASE("References side by side leave no gap between their leaves") {
     std::vector<glm::dmat4x3> places;
     for (int i = 0; i < kSide * kSide; ++i) {
         glm::dmat4x3 place(1.0);
-        place[3] = glm::dvec3(i % kSide * 100.0, 0.0, i / kSide * 100.0);
+        const int row = i / kSide;
+        place[3] = glm::dvec3(i % kSide * 100.0, 0.0, row * 100.0);
         places.push_back(place);
     }
     const Shared shared(places);

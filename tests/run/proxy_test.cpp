@@ -76,8 +76,8 @@ TEST_CASE("terrain gets a grid or a tree of triangles", "[proxy]") {
     const std::vector<ProxyPair> grid = make(world, {.proxy = "grid", .coarse = 8});
     REQUIRE(grid.size() == 1);
     check_pairs(world, grid);
-    CHECK(grid[0].facets.size() == 2 * 8 * 8);
-    CHECK(grid[0].samples.size() == 65 * 65);
+    CHECK(grid[0].facets.size() == 2UL * 8UL * 8UL);
+    CHECK(grid[0].samples.size() == 65UL * 65UL);
     CHECK_FALSE(is_refinable(grid[0]));
 
     World other = load(small_terrain());
@@ -97,7 +97,7 @@ TEST_CASE("any mesh gets one of fewer triangles", "[proxy]") {
     CHECK_FALSE(is_refinable(mesh[0]));
     CHECK(mesh[0].quality.facets <= 300);
     CHECK(mesh[0].quality.facets > 290);
-    CHECK(mesh[0].samples.size() == 65 * 65);
+    CHECK(mesh[0].samples.size() == 65UL * 65UL);
     CHECK(mesh[0].quality.hausdorff_m > 0.0);
     CHECK(mesh[0].quality.hausdorff_m < 1200.0 / 4.0); // of the relief
 

@@ -160,7 +160,8 @@ struct CoverCheck {
 
     /// Whether a triangle is to be drawn where an open leaf shows its contents: it is one of them,
     /// or the leaf that has it instead is open.
-    bool is_due(std::uint32_t reference, std::uint32_t number, std::uint32_t leaf) const {
+    [[nodiscard]] bool
+    is_due(std::uint32_t reference, std::uint32_t number, std::uint32_t leaf) const {
         const std::vector<std::uint32_t>& holders = reader.leaves_with(reference, number);
         return std::count(holders.begin(), holders.end(), leaf) > 0 ||
                (holders.size() == 1 && reader.covers(reference, holders.front()) == 0);
