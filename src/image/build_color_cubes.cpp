@@ -431,8 +431,7 @@ Result<void> Builder::add_scene(const Box3f& world) {
     }
     set_cube(tree, bounds);
     // What is lower than wide, as woods and fields are, stands in one layer of cells: a plane
-    // through the middle would have cells below it without a reference of their own, in which what
-    // reaches down into them would be lost.
+    // through the middle would make two of it.
     const float beside =
         0.25F * (tree.edge - std::max({extent(bounds).x, extent(bounds).y, extent(bounds).z}));
     tree.lo = glm::max(tree.lo, bounds.lo - beside);

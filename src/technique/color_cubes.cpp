@@ -22,7 +22,7 @@ namespace {
 /// Levels of a tree whose cells are judged by what lies under them. Below, a cell holds so little
 /// that a wrong guess costs little.
 constexpr std::uint32_t kJudgedLevels = 4;
-constexpr std::uint32_t kNone32 = UINT32_MAX;
+constexpr std::uint32_t kNowhere = UINT32_MAX;
 /// Most steps that depths of a frame are sorted by: what is in one step keeps its order.
 constexpr std::uint32_t kDepthSteps = 1U << 16U;
 /// Cubes have to be so much cheaper than the geometry that they stand for. What references take is
@@ -120,7 +120,7 @@ struct ColorCubes::Walk {
         float scale = 1.0F;
         std::uint32_t cube_frame = 0; ///< into `FramePlan::cube_frames`
         /// Into `open_leaves_`: of a reference that is shown in some of its leaves only.
-        std::uint32_t first_leaf = kNone32;
+        std::uint32_t first_leaf = kNowhere;
     };
 
     ColorCubes& self;
@@ -370,14 +370,14 @@ void ColorCubes::Walk::references(const Frame& frame) noexcept {
                 self.statistics_.bytes += sizeof(CubeReference);
             }
             Frame turned = reference_frame(frame, found);
-            turned.first_leaf = open.open_leaves < open.leaves ? open.first_leaf : kNone32;
+            turned.first_leaf = open.open_leaves < open.leaves ? open.first_leaf : kNowhere;
             if (self.options_.drawing == CubeDrawing::faces) {
                 turned.cube_frame = static_cast<std::uint32_t>(self.plan_.cube_frames.size());
                 self.plan_.cube_frames.push_back(found.rotation);
             }
             tree(found.tree, turned, &found);
         }
-        open.first_leaf = kNone32;
+        open.first_leaf = kNowhere;
         open.open_leaves = 0;
     }
     self.open_references_.clear();
@@ -388,11 +388,11 @@ void ColorCubes::Walk::references(const Frame& frame) noexcept {
 /// colour cubes or those above them.
 /// @param point relative to the eye, in the frame of the reference
 bool ColorCubes::Walk::is_open(const Frame& frame, const glm::vec3& point) const noexcept {
-    if (frame.first_leaf == kNone32) {
+    if (frame.first_leaf == kNowhere) {
         return true;
     }
     const glm::vec3 at = frame.translation + frame.to_model * (frame.eye + point);
-    for (std::uint32_t i = frame.first_leaf; i != kNone32; i = self.open_leaves_[i].next) {
+    for (std::uint32_t i = frame.first_leaf; i != kNowhere; i = self.open_leaves_[i].next) {
         const OpenLeaf& leaf = self.open_leaves_[i];
         const glm::vec3 from = at - leaf.lo;
         if (std::min({from.x, from.y, from.z}) >= 0.0F &&
@@ -477,7 +477,7 @@ void ColorCubes::Walk::tree(
             show(frame, cubes[visit.cell], gain, offset, depth, extents);
             continue;
         }
-        if (visit.profile != kNone32 && self.options_.never_slower) {
+        if (visit.profile != kNowhere && self.options_.never_slower) {
             const Profile& profile = profiles.cells[visit.profile];
             // Around the eye, cells of all sizes would be needed: those below are judged instead.
             const bool around = glm::dot(offset, offset) <= radius_sq && profile.first_child != 0;
@@ -510,7 +510,7 @@ void ColorCubes::Walk::tree(
                                  (frame.eye.y > middle.y ? 2U : 0U) |
                                  (frame.eye.z > middle.z ? 4U : 0U);
         const std::uint32_t first_profile =
-            visit.profile == kNone32 ? 0 : profiles.cells[visit.profile].first_child;
+            visit.profile == kNowhere ? 0 : profiles.cells[visit.profile].first_child;
         // The last to be pushed is the first to be visited.
         for (std::size_t i = 8; i-- > 0;) {
             const unsigned octant = nearest ^ kFarFirst[i];
@@ -521,7 +521,7 @@ void ColorCubes::Walk::tree(
             const glm::vec3 upper(octant & 1U, octant >> 1U & 1U, octant >> 2U);
             open[size++] = {
                 cell.first + before,
-                first_profile == 0 ? kNone32 : first_profile + before,
+                first_profile == 0 ? kNowhere : first_profile + before,
                 visit.lo + upper * half,
                 half,
                 inside};
