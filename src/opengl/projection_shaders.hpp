@@ -13,6 +13,11 @@ namespace farfield::opengl {
 
 /// What shaders that project keyframes have beside those of plain geometry. The text says in GLSL
 /// what `gpu::KeyframeLookup` says; the names are those of its terms.
+///
+/// Fragments have their own colour in the same draw, where no keyframe sees them. Whole triangles
+/// are drawn first where a keyframe sees them, and then once more as plain geometry, which is shown
+/// where nothing was: so nothing is worked out twice, and coarse models of few triangles, which are
+/// shown like that, cost little to draw twice.
 struct ProjectionVariant {
     std::size_t keyframes = 1; ///< to `kMostKeyframes`
     bool whole_triangles = false;
@@ -45,7 +50,7 @@ inline constexpr GLuint kUnitsWithKeyframes = kKeyframeLayerUnit + kMostKeyframe
 [[nodiscard]] std::string
 projection_fragment_head(const ProjectionVariant& variant, bool positions);
 /// Statements of it, after `result`, and with positions `point` and `layer`, are those of plain
-/// geometry.
+/// geometry; with whole triangles, of nothing.
 [[nodiscard]] std::string
 projection_fragment_body(const ProjectionVariant& variant, bool positions);
 
@@ -61,7 +66,7 @@ class ProjectionUniforms {
   private:
     GLint rows_ = -1;
     GLint nodes_ = -1;
-    GLint pixel_ratio_ = -1;
+    GLint pixels_per_tangent_ = -1;
 };
 
 } // namespace farfield::opengl

@@ -52,7 +52,8 @@ static_assert(sizeof(InstanceData) == 88);
 // shaders draw the geometry baseline.
 std::string
 vertex_shader(bool textured, bool clipped, bool positions, const ProjectionVariant* projection) {
-    std::string text = "#version 450 core\n";
+    // Keyframes and own colours are drawn one after the other, at the same depths.
+    std::string text = "#version 450 core\ninvariant gl_Position;\n";
     if (clipped) {
         text += "out gl_PerVertex { vec4 gl_Position; float gl_ClipDistance[6]; };\n";
     }
@@ -256,6 +257,7 @@ struct SceneSource::Impl {
     // What the device has now, within one draw.
     const Program* current = nullptr;
     std::uint32_t current_material = UINT32_MAX;
+    bool showing_keyframes = false;
 
     Impl() = default;
     Impl(const Impl&) = delete;
@@ -287,6 +289,8 @@ struct SceneSource::Impl {
     void gather_part(
         const MeshOnDevice& mesh, std::uint32_t part, std::span<const std::uint32_t> primitives
     ) noexcept;
+    void draw_items(const PassContext& context) noexcept;
+    void draw_pieces(const DrawList& list, const PassContext& context) noexcept;
     void draw_selections(const PassContext& context) noexcept;
     void use_material(std::uint32_t material, const PassContext& context) noexcept;
 };
@@ -658,6 +662,65 @@ void SceneSource::Impl::gather_selections(
     }
 }
 
+void SceneSource::Impl::draw_items(const PassContext& context) noexcept {
+    for (const GLuint array : {plain_array, textured_array}) {
+        glVertexArrayElementBuffer(array, indices);
+    }
+    std::uint32_t first = 0;
+    for (const std::uint32_t mesh : touched) {
+        const MeshOnDevice& on_device = meshes[mesh];
+        const std::uint32_t count = mesh_count[mesh] - first;
+        for (std::uint32_t p = 0; p < on_device.part_count; ++p) {
+            const PartOnDevice& part = parts[on_device.first_part + p];
+            use_material(part.material, context);
+            glDrawElementsInstancedBaseVertexBaseInstance(
+                GL_TRIANGLES,
+                part.index_count,
+                GL_UNSIGNED_INT,
+                buffer_offset(part.index_offset),
+                static_cast<GLsizei>(count),
+                on_device.base_vertex,
+                first
+            );
+        }
+        first += count;
+    }
+}
+
+void SceneSource::Impl::draw_pieces(const DrawList& list, const PassContext& context) noexcept {
+    for (const GLuint array : {plain_array, textured_array}) {
+        glVertexArrayElementBuffer(array, split_indices);
+    }
+    // Behind those of whole items.
+    std::uint32_t instance = touched.empty() ? 0U : mesh_count[touched.back()];
+    for (std::size_t i = 0; i < list.pieces.size();) {
+        const Piece& piece = list.pieces[i];
+        if (i > 0 && piece.item != list.pieces[i - 1].item) {
+            ++instance;
+        }
+        // Neighbouring runs of one item are one draw.
+        std::uint32_t count = piece.count;
+        std::size_t end = i + 1;
+        while (end < list.pieces.size() && list.pieces[end].item == piece.item &&
+               list.pieces[end].first == piece.first + count) {
+            count += list.pieces[end].count;
+            ++end;
+        }
+        const MeshOnDevice& on_device = meshes[index_of(instances[index_of(piece.item)].mesh)];
+        use_material(parts[on_device.first_part].material, context);
+        glDrawElementsInstancedBaseVertexBaseInstance(
+            GL_TRIANGLES,
+            static_cast<GLsizei>(count * 3),
+            GL_UNSIGNED_INT,
+            buffer_offset(std::size_t{piece.first} * 3 * sizeof(std::uint32_t)),
+            1,
+            on_device.base_vertex,
+            instance
+        );
+        i = end;
+    }
+}
+
 void SceneSource::Impl::draw_selections(const PassContext& context) noexcept {
     for (const GLuint array : {plain_array, textured_array}) {
         glVertexArrayElementBuffer(array, selected_indices);
@@ -685,7 +748,7 @@ void SceneSource::Impl::use_material(std::uint32_t index, const PassContext& con
     const std::size_t variant =
         (context.clip.has_value() ? 1U : 0U) + (context.positions ? 2U : 0U);
     const ProjectionVariant projection{context.keyframes.size(), context.whole_triangles};
-    const Programs& made = context.keyframes.empty() ? programs : projecting[projection.place()];
+    const Programs& made = showing_keyframes ? projecting[projection.place()] : programs;
     const Program& program = made[static_cast<std::size_t>(material.surface)][variant];
     FARFIELD_ASSERT(program.name != 0);
     if (&program != current) {
@@ -710,7 +773,7 @@ void SceneSource::Impl::use_material(std::uint32_t index, const PassContext& con
             }
             glUniform4fv(program.clip_planes, 6, &planes[0][0]);
         }
-        if (!context.keyframes.empty()) {
+        if (showing_keyframes) {
             program.projection_uniforms.set(context);
         }
         glBindVertexArray(material.surface == Surface::plain ? plain_array : textured_array);
@@ -774,9 +837,6 @@ Result<void> SceneSource::prepare_projection(
 
 void SceneSource::draw(const DrawList& list, const PassContext& context) noexcept {
     Impl& impl = *impl_;
-    impl.current = nullptr;
-    impl.current_material = UINT32_MAX;
-
     // Group the items by mesh with a counting sort over the meshes that occur.
     impl.touched.clear();
     for (const ItemId item : list.items) {
@@ -830,66 +890,30 @@ void SceneSource::draw(const DrawList& list, const PassContext& context) noexcep
         }
     }
 
-    for (const GLuint array : {impl.plain_array, impl.textured_array}) {
-        glVertexArrayElementBuffer(array, impl.indices);
-    }
-    std::uint32_t first = 0;
-    for (const std::uint32_t mesh : impl.touched) {
-        const MeshOnDevice& on_device = impl.meshes[mesh];
-        const std::uint32_t count = impl.mesh_count[mesh] - first;
-        for (std::uint32_t p = 0; p < on_device.part_count; ++p) {
-            const PartOnDevice& part = impl.parts[on_device.first_part + p];
-            impl.use_material(part.material, context);
-            glDrawElementsInstancedBaseVertexBaseInstance(
-                GL_TRIANGLES,
-                part.index_count,
-                GL_UNSIGNED_INT,
-                buffer_offset(part.index_offset),
-                static_cast<GLsizei>(count),
-                on_device.base_vertex,
-                first
-            );
-        }
-        first += count;
-        impl.mesh_count[mesh] = 0;
-    }
-
-    if (runs > 0) {
-        for (const GLuint array : {impl.plain_array, impl.textured_array}) {
-            glVertexArrayElementBuffer(array, impl.split_indices);
-        }
-        std::uint32_t instance = first;
-        for (std::size_t i = 0; i < list.pieces.size();) {
-            const Piece& piece = list.pieces[i];
-            if (i > 0 && piece.item != list.pieces[i - 1].item) {
-                ++instance;
-            }
-            // Neighbouring runs of one item are one draw.
-            std::uint32_t count = piece.count;
-            std::size_t end = i + 1;
-            while (end < list.pieces.size() && list.pieces[end].item == piece.item &&
-                   list.pieces[end].first == piece.first + count) {
-                count += list.pieces[end].count;
-                ++end;
-            }
-            const MeshOnDevice& on_device =
-                impl.meshes[index_of(impl.instances[index_of(piece.item)].mesh)];
-            impl.use_material(impl.parts[on_device.first_part].material, context);
-            glDrawElementsInstancedBaseVertexBaseInstance(
-                GL_TRIANGLES,
-                static_cast<GLsizei>(count * 3),
-                GL_UNSIGNED_INT,
-                buffer_offset(std::size_t{piece.first} * 3 * sizeof(std::uint32_t)),
-                1,
-                on_device.base_vertex,
-                instance
-            );
-            i = end;
-        }
-    }
     if (!list.selections.empty()) {
         impl.gather_selections(list, first_selection);
-        impl.draw_selections(context);
+    }
+    const bool projecting = !context.keyframes.empty();
+    for (const bool keyframes : {true, false}) {
+        // As `ProjectionVariant` says.
+        if (keyframes ? !projecting : projecting && !context.whole_triangles) {
+            continue;
+        }
+        impl.showing_keyframes = keyframes;
+        impl.current = nullptr;
+        impl.current_material = UINT32_MAX;
+        if (!impl.touched.empty()) {
+            impl.draw_items(context);
+        }
+        if (runs > 0) {
+            impl.draw_pieces(list, context);
+        }
+        if (!list.selections.empty()) {
+            impl.draw_selections(context);
+        }
+    }
+    for (const std::uint32_t mesh : impl.touched) {
+        impl.mesh_count[mesh] = 0;
     }
     if (context.clip.has_value()) {
         for (GLenum plane = 0; plane < 6; ++plane) {

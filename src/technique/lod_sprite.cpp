@@ -21,9 +21,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -150,6 +152,13 @@ struct LodSprite::Impl {
     SpriteSurvey made_survey; ///< through a keyframe's own camera
     std::vector<glm::dvec3> cut_eyes;
     std::vector<Cut> cuts; ///< by place in `visible`
+    /// Triangles that one of the keyframes shown serves as well as all of them, by that keyframe;
+    /// in the last group those that need all.
+    using Groups = std::array<std::uint32_t, kMostKeyframes + 1>;
+    std::vector<Groups> groups;         ///< counts, by place in `visible`
+    std::vector<std::uint32_t> sorted;  ///< triangles, while they are grouped
+    std::vector<std::uint8_t> group_of; ///< of those
+    SurveyMask mask;
     LodSpriteStatistics statistics;
     std::uint64_t frame_number = 0;
     std::uint64_t appearance = 0;
@@ -245,7 +254,10 @@ struct LodSprite::Impl {
     void write_image_frame(const View& view, std::uint32_t index) noexcept;
     void write_projected_frame(const View& view) noexcept;
     [[nodiscard]] bool cut_models() noexcept;
+    void group_triangles() noexcept;
     void write_projected(std::size_t first, std::size_t last) noexcept;
+    void
+    write_group(std::size_t first, std::size_t last, std::uint32_t group, float offset_m) noexcept;
     void report() noexcept;
     void run(const View& view) noexcept;
     void forget_keyframes() noexcept;
@@ -300,6 +312,7 @@ LodSprite::Impl::Impl(
     visible.reserve(models.size());
     visible_models.reserve(models.size());
     cuts.reserve(models.size());
+    groups.reserve(models.size());
     cut_eyes.reserve(kMostKeyframes);
     has_models.resize(tree.nodes.size());
     has_others.resize(tree.nodes.size());
@@ -1040,6 +1053,7 @@ bool LodSprite::Impl::cut_models() noexcept {
     for (const std::uint32_t index : visible_models) {
         const Model& model = models[index];
         Cut cut;
+        cut.first = static_cast<std::uint32_t>(plan.selected.size());
         cut.offset_m = model.offset_m;
         cut.count = model.coarse;
         if (options.refine && is_refinable(*model.pair)) {
@@ -1056,21 +1070,13 @@ bool LodSprite::Impl::cut_models() noexcept {
             query.drawn_from = cut_eyes;
             query.threshold_rad = options.refine_share * threshold_rad;
             query.most = std::max<std::size_t>(left, 1);
-            const auto first = static_cast<std::uint32_t>(plan.selected.size());
             cut = cut_coarse(*model.pair, query, plan.selected);
-            plan.selections.push_back(
-                {model.pair->coarse, first, static_cast<std::uint32_t>(cut.count)}
-            );
             left -= std::min(left, cut.count);
             fine_enough = fine_enough && cut.complete &&
                           (options.guaranteed || cut.threshold_rad <= threshold_rad);
         } else if (is_refinable(*model.pair)) {
-            const auto first = static_cast<std::uint32_t>(plan.selected.size());
             cut.count = finest_triangles(
                 *model.pair, make_frustum(*now.view, model.pair->origin), plan.selected
-            );
-            plan.selections.push_back(
-                {model.pair->coarse, first, static_cast<std::uint32_t>(cut.count)}
             );
         }
         cuts.push_back(cut);
@@ -1078,34 +1084,97 @@ bool LodSprite::Impl::cut_models() noexcept {
     return fine_enough;
 }
 
-/// One command for the visible models `first` to `last`.
+/// Sorts selections by the keyframe that serves what is there as well as all that are shown: every
+/// keyframe that a fragment tries costs as much as the first.
+void LodSprite::Impl::group_triangles() noexcept {
+    groups.assign(visible.size(), Groups{});
+    const std::uint32_t all = shown_count > 1 ? shown_count : 0;
+    if (all > 0) {
+        mask.clear();
+        const std::span<const SurveyPoint> points = now.survey.points();
+        const unsigned none_left = (1U << shown_count) - 1U;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            unsigned losing = 0;
+            for (std::uint32_t k = 0; k < shown_count; ++k) {
+                losing |= store.slot(shown[k]).lost[i] != 0 ? 1U << k : 0U;
+            }
+            if (losing != 0 && losing != none_left) {
+                mask.add(points[i], static_cast<std::uint8_t>(losing), now.camera);
+            }
+        }
+    }
+    for (std::size_t i = 0; i < visible.size(); ++i) {
+        const ProxyPair& pair = *visible[i].pair;
+        const auto count = static_cast<std::uint32_t>(cuts[i].count);
+        if (all == 0 || !is_refinable(pair)) {
+            groups[i][all] = count;
+            continue;
+        }
+        const auto begin = plan.selected.begin() + static_cast<std::ptrdiff_t>(cuts[i].first);
+        sorted.assign(begin, begin + static_cast<std::ptrdiff_t>(count));
+        group_of.clear();
+        for (const std::uint32_t triangle : sorted) {
+            const ProxySplit& split = pair.splits[triangle];
+            const unsigned losing =
+                mask.bits(split.center + visible[i].offset, split.radius, now.camera);
+            const auto group = static_cast<std::uint8_t>(std::countr_one(losing));
+            group_of.push_back(group);
+            ++groups[i][group];
+        }
+        Groups next{};
+        std::exclusive_scan(groups[i].begin(), groups[i].end(), next.begin(), cuts[i].first);
+        for (std::uint32_t k = 0; k < count; ++k) {
+            plan.selected[next[group_of[k]]++] = sorted[k];
+        }
+    }
+}
+
+/// The visible models `first` to `last`, in a command for each group.
 void LodSprite::Impl::write_projected(std::size_t first, std::size_t last) noexcept {
+    float offset_m = 0.0F;
+    for (std::size_t i = first; i < last; ++i) {
+        offset_m = std::max(offset_m, cuts[i].offset_m);
+        statistics.coarse_triangles += cuts[i].count;
+    }
+    const std::uint32_t all = shown_count > 1 ? shown_count : 0;
+    for (std::uint32_t group = 0; group <= all; ++group) {
+        write_group(first, last, group, offset_m);
+    }
+}
+
+void LodSprite::Impl::write_group(
+    std::size_t first, std::size_t last, std::uint32_t group, float offset_m
+) noexcept {
     Command command;
     command.kind = Command::Kind::projected;
     command.first = static_cast<std::uint32_t>(plan.items.size());
     command.first_piece = static_cast<std::uint32_t>(plan.pieces.size());
+    command.first_selection = static_cast<std::uint32_t>(plan.selections.size());
     command.first_keyframe = static_cast<std::uint32_t>(plan.keyframes.size());
-    command.keyframe_count = shown_count;
     command.whole_triangles = options.visibility == SpriteVisibility::triangles;
-    float offset_m = 0.0F;
-    // Selections were written in the order of the models, one for each that can be refined.
-    std::uint32_t selection = 0;
-    for (std::size_t i = 0; i < first; ++i) {
-        selection += is_refinable(*visible[i].pair) ? 1U : 0U;
-    }
-    command.first_selection = selection;
     for (std::size_t i = first; i < last; ++i) {
-        offset_m = std::max(offset_m, cuts[i].offset_m);
-        statistics.coarse_triangles += cuts[i].count;
-        if (is_refinable(*visible[i].pair)) {
+        const ProxyPair& pair = *visible[i].pair;
+        const std::uint32_t count = groups[i][group];
+        if (count == 0) {
+            continue;
+        }
+        if (is_refinable(pair)) {
+            const auto begin = groups[i].begin();
+            const std::uint32_t before = std::accumulate(begin, begin + group, 0U);
+            plan.selections.push_back({pair.coarse, cuts[i].first + before, count});
             ++command.selection_count;
         } else {
-            plan.items.push_back(visible[i].pair->coarse);
+            plan.items.push_back(pair.coarse);
             ++command.count;
         }
     }
-    for (std::uint32_t k = 0; k < shown_count; ++k) {
-        const KeyframeSlot& slot = store.slot(shown[k]);
+    if (command.count == 0 && command.selection_count == 0) {
+        return;
+    }
+    const bool is_one = group < shown_count;
+    command.keyframe_count = is_one ? 1U : shown_count;
+    for (std::uint32_t k = 0; k < command.keyframe_count; ++k) {
+        const KeyframeSlot& slot = store.slot(shown[is_one ? group : k]);
         Keyframe keyframe;
         keyframe.page = slot.page;
         keyframe.node = kKeyframeNode;
@@ -1123,6 +1192,7 @@ void LodSprite::Impl::write_projected(std::size_t first, std::size_t last) noexc
 }
 
 void LodSprite::Impl::write_projected_frame(const View& view) noexcept {
+    group_triangles();
     writer.open();
     for (std::size_t first = 0; first < visible.size();) {
         std::size_t last = first + 1;
@@ -1193,7 +1263,6 @@ void LodSprite::Impl::run(const View& view) noexcept {
             write_projected_frame(view);
             return;
         }
-        plan.selections.clear();
         plan.selected.clear();
         shown_count = 0;
         statistics.own_share = 0.0;

@@ -68,12 +68,20 @@ struct CutWalk {
         }
         const std::uint32_t child = pair.children[triangle];
         if (child != UINT32_MAX && is_split(split)) {
-            visit(child, inside);
-            visit(child + 1, inside);
+            // The nearer first: what it hides is not shaded then.
+            const std::uint32_t nearer = is_nearer(child + 1, child) ? 1U : 0U;
+            visit(child + nearer, inside);
+            visit(child + 1 - nearer, inside);
             return;
         }
         offset_m = std::max(offset_m, split.offset);
         out.push_back(triangle);
+    }
+
+    [[nodiscard]] bool is_nearer(std::uint32_t triangle, std::uint32_t other) const noexcept {
+        const glm::dvec3 offset = glm::dvec3(pair.splits[triangle].center) - query.seen_from;
+        const glm::dvec3 other_offset = glm::dvec3(pair.splits[other].center) - query.seen_from;
+        return glm::dot(offset, offset) < glm::dot(other_offset, other_offset);
     }
 
     [[nodiscard]] bool is_split(const ProxySplit& split) const noexcept {
@@ -137,6 +145,7 @@ Cut cut_coarse(
     const ProxyPair& pair, const CutQuery& query, std::vector<std::uint32_t>& out
 ) noexcept {
     CutWalk walk{pair, query, out, glm::dvec3(pair.nodes[0].axis), out.size(), {}};
+    const auto first = static_cast<std::uint32_t>(walk.first);
     double threshold_rad = query.threshold_rad;
     for (int doubling = 0; doubling < kMostDoublings; ++doubling) {
         out.resize(walk.first);
@@ -146,7 +155,7 @@ Cut cut_coarse(
             walk.visit(root, false);
         }
         if (!walk.is_full()) {
-            return {out.size() - walk.first, threshold_rad, walk.offset_m, true};
+            return {first, out.size() - walk.first, threshold_rad, walk.offset_m, true};
         }
         if (walk.limit.all) {
             break;
@@ -154,7 +163,7 @@ Cut cut_coarse(
         threshold_rad *= 2.0;
     }
     out.resize(walk.first);
-    return {0, std::numbers::pi, pair.offset_m, false};
+    return {first, 0, std::numbers::pi, pair.offset_m, false};
 }
 
 std::size_t finest_triangles(

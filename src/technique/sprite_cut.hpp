@@ -23,6 +23,7 @@ struct CutQuery {
 
 /// What became of it.
 struct Cut {
+    std::uint32_t first = 0;    ///< where its triangles are among those selected
     std::size_t count = 0;      ///< triangles
     double threshold_rad = 0.0; ///< that it holds, down to the finest triangles: that asked for,
                                 ///< doubled until the triangles were few enough

@@ -36,9 +36,9 @@ struct Cells {
 };
 
 Cells cells_of(
-    const SurveyPoint& point, const ImageCamera& camera, float depth, int side, float reach
+    const glm::vec3& point, const ImageCamera& camera, float depth, int side, float reach
 ) noexcept {
-    const glm::vec3 offset = point.point - camera.eye;
+    const glm::vec3 offset = point - camera.eye;
     const Lens& lens = camera.view.lens;
     const float to_x = static_cast<float>(side / (lens.right - lens.left));
     const float to_y = static_cast<float>(side / (lens.top - lens.bottom));
@@ -68,7 +68,7 @@ void SurveyDepths::add(const SurveyPoint& point, const ImageCamera& camera) noex
         return;
     }
     // A part covers what is around its middle; half of its radius is what boxes are full of.
-    const Cells cells = cells_of(point, camera, depth, kSide, 0.5F * point.radius);
+    const Cells cells = cells_of(point.point, camera, depth, kSide, 0.5F * point.radius);
     for (int y = cells.y0; y <= cells.y1; ++y) {
         for (int x = cells.x0; x <= cells.x1; ++x) {
             float& nearest =
@@ -83,7 +83,7 @@ bool SurveyDepths::hides(const SurveyPoint& point, const ImageCamera& camera) co
     if (depth <= point.radius) {
         return false;
     }
-    const Cells middle = cells_of(point, camera, depth, kSide, 0.0F);
+    const Cells middle = cells_of(point.point, camera, depth, kSide, 0.0F);
     float farthest = 0.0F;
     for (int y = std::max(middle.y0 - 1, 0); y <= std::min(middle.y1 + 1, kSide - 1); ++y) {
         for (int x = std::max(middle.x0 - 1, 0); x <= std::min(middle.x1 + 1, kSide - 1); ++x) {
@@ -94,6 +94,45 @@ bool SurveyDepths::hides(const SurveyPoint& point, const ImageCamera& camera) co
         }
     }
     return (depth - point.radius) > farthest * kDepthSlack;
+}
+
+void SurveyMask::clear() noexcept {
+    bits_.fill(0);
+    everywhere_ = 0;
+    any_ = 0;
+}
+
+void SurveyMask::add(
+    const SurveyPoint& point, std::uint8_t bits, const ImageCamera& camera
+) noexcept {
+    any_ |= bits;
+    const float depth = glm::dot(point.point - camera.eye, camera.forward);
+    if (depth <= point.radius) {
+        everywhere_ |= bits;
+        return;
+    }
+    const Cells cells = cells_of(point.point, camera, depth, kSide, 0.5F * point.radius);
+    for (int y = cells.y0; y <= cells.y1; ++y) {
+        for (int x = cells.x0; x <= cells.x1; ++x) {
+            bits_[static_cast<std::size_t>(y) * kSide + static_cast<std::size_t>(x)] |= bits;
+        }
+    }
+}
+
+std::uint8_t
+SurveyMask::bits(const glm::vec3& center, float radius, const ImageCamera& camera) const noexcept {
+    const float depth = glm::dot(center - camera.eye, camera.forward);
+    if (depth <= radius) {
+        return any_;
+    }
+    std::uint8_t found = everywhere_;
+    const Cells cells = cells_of(center, camera, depth, kSide, radius);
+    for (int y = cells.y0; y <= cells.y1; ++y) {
+        for (int x = cells.x0; x <= cells.x1; ++x) {
+            found |= bits_[static_cast<std::size_t>(y) * kSide + static_cast<std::size_t>(x)];
+        }
+    }
+    return found;
 }
 
 SpriteSurvey::SpriteSurvey() {

@@ -37,6 +37,23 @@ class SurveyDepths {
     std::array<float, std::size_t{kSide} * kSide> nearest_{};
 };
 
+/// Which keyframes lose parts of a window that another one serves: a bit for each.
+class SurveyMask {
+  public:
+    void clear() noexcept;
+    void add(const SurveyPoint& point, std::uint8_t bits, const ImageCamera& camera) noexcept;
+    /// All bits of what a sphere may cover.
+    /// @param center relative to the hierarchy's origin [m]
+    [[nodiscard]] std::uint8_t
+    bits(const glm::vec3& center, float radius, const ImageCamera& camera) const noexcept;
+
+  private:
+    static constexpr int kSide = 64;
+    std::array<std::uint8_t, std::size_t{kSide} * kSide> bits_{};
+    std::uint8_t everywhere_ = 0; ///< of what reaches up to the eye
+    std::uint8_t any_ = 0;        ///< of anything
+};
+
 /// A model of a pair in the frame of the hierarchy.
 struct SurveyModel {
     const ProxyPair* pair = nullptr;

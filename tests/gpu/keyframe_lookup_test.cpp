@@ -213,8 +213,8 @@ TEST_CASE("What is shifted too far on the pass's target is not seen") {
         const double distance = random.uniform(12.0, 28.0);
         const double other = random.uniform(12.0, 28.0);
         const glm::dvec3 at = point_at(keyframe, place, distance);
-        const glm::dvec3 shown =
-            point_at(keyframe, glm::floor(place) + 0.5, 10.0 + step_of(other) / 65535.0 * 20.0);
+        // On the fragment's own ray, as far off as the texel keeps.
+        const glm::dvec3 shown = point_at(keyframe, place, 10.0 + step_of(other) / 65535.0 * 20.0);
         const auto seen_from_pass = [&](const glm::dvec3& point) {
             const glm::dvec3 world = keyframe.view.camera_to_world * point + keyframe.view.eye;
             const glm::dvec3 camera = glm::transpose(view.camera_to_world) * (world - view.eye);

@@ -684,10 +684,13 @@ TEST_CASE("What a projected pixel shows is known, and shifted no farther than it
                 CHECK((texel.item == stage.picture.item || texel.item == stage.post));
                 CHECK(texel.texel_px > 0.0F);
                 const double moved = displacement_px(texel, x, y, view, frames);
-                // A step of depth is half a millimetre, at 4 m or more: nothing, as is where the
-                // rasteriser puts vertices, 1/256 px in keyframe and frame.
+                // The bound is for the ray, the point is that of the texel's middle: half a
+                // diagonal is between them at most. A step of depth is half a millimetre, at 4 m or
+                // more: nothing, as is where the rasteriser puts vertices, 1/256 px in keyframe and
+                // frame.
                 if (!whole) {
-                    CHECK(moved <= static_cast<double>(bound) + kRasterPx);
+                    const double sampling = std::sqrt(0.5) * static_cast<double>(texel.texel_px);
+                    CHECK(moved <= static_cast<double>(bound) + sampling + kRasterPx);
                 }
                 nearly += moved > 0.8 * static_cast<double>(bound) ? 1 : 0;
                 // The point is that of the keyframe's texel, at most a texel from the place.

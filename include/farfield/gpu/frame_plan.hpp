@@ -130,9 +130,10 @@ struct Keyframe {
     /// direction of the ray, plus what one step of the kept depth and the slope of the triangle
     /// over one texel make. [m] >= 0
     float offset_m = 0.0F;
-    /// The point that the texel shows, which its depth and `view` tell, seen by the pass, may be no
-    /// farther from the fragment on the pass's target: the centre of its pixel or, from a backend
-    /// that shades every sample, the sample. So what is projected holds this bound whatever the
+    /// The point on the keyframe's ray through the fragment that is as far off as the texel keeps,
+    /// seen by the pass, may be no farther from the fragment on the pass's target: the centre of
+    /// its pixel or, from a backend that shades every sample, the sample. So what is projected
+    /// holds this bound and half a texel's diagonal, as any picture that is sampled, whatever the
     /// geometry is, grazing views and things that hide each other included. >= 0; infinite: not
     /// tested. [px]
     float max_shift_px = std::numeric_limits<float>::infinity();

@@ -32,10 +32,10 @@ struct KeyframeTerms {
     /// Of (x z, y z, z), with x and y on the page [texel] and z the distance along the keyframe's
     /// view direction [m]: the pixel.
     glm::dmat3 to_pixel{1.0};
-    glm::dvec3 to_pixel_offset{0.0};
-    glm::dvec2 per_tangent{1.0}; ///< [texel]
-    glm::dvec2 middle{0.0};      ///< where the keyframe's view direction meets the page [texel]
-    glm::ivec2 low{0};           ///< first and last texel of the source
+    glm::dvec3 to_pixel_offset{0.0}; ///< the keyframe's eye: the pixel of z = 0
+    glm::dvec2 per_tangent{1.0};     ///< [texel]
+    glm::dvec2 middle{0.0};          ///< where the keyframe's view direction meets the page [texel]
+    glm::ivec2 low{0};               ///< first and last texel of the source
     glm::ivec2 last{0};
     double nearest = 0.0;     ///< [m] of the kept depth 0
     double steps_per_m = 1.0; ///< of kept depths
@@ -107,7 +107,7 @@ class KeyframeLookup {
         const auto stands = [&](std::uint16_t kept) {
             return std::abs(static_cast<double>(kept) - own) <= most;
         };
-        sight.seen = depth != kNothingKept && stands(depth) && is_near(sight.texel, depth, point);
+        sight.seen = depth != kNothingKept && stands(depth) && is_near(depth, point);
         // Of the four that are filtered, all are of the source.
         const glm::dvec2 filtered = filtered_at(at);
         const glm::ivec2 first = glm::clamp(
@@ -151,21 +151,22 @@ class KeyframeLookup {
         return glm::clamp(at, glm::dvec2(terms_.low) + 0.5, glm::dvec2(terms_.last) + 0.5);
     }
 
-    /// The pass sees what a texel shows no farther from a point than it may be.
-    [[nodiscard]] bool
-    is_near(const glm::ivec2& texel, std::uint16_t depth, const glm::dvec3& point) const noexcept {
+    /// The pass sees what the keyframe saw on the ray through a point no farther from it than it
+    /// may be. With e = (x w, y w, w) the keyframe's eye and p the point, pixels both, and the kept
+    /// depth so many times farther than the point's, 1 + t, what was seen is at p + t (p - e).
+    [[nodiscard]] bool is_near(std::uint16_t depth, const glm::dvec3& point) const noexcept {
         if (std::isinf(terms_.max_shift_px)) {
             return true;
         }
-        const auto pixel = [&](const glm::dvec2& at, double z) {
-            return terms_.to_pixel * glm::dvec3(at * z, z) + terms_.to_pixel_offset;
-        };
-        const double z = terms_.nearest + static_cast<double>(depth) / terms_.steps_per_m;
-        const glm::dvec3 shown = pixel(glm::dvec2(texel) + 0.5, z);
-        const glm::dvec3 own = pixel(on_page(point), -point.z);
-        const glm::dvec2 shift = glm::dvec2(shown) * own.z - glm::dvec2(own) * shown.z;
-        const double most = terms_.max_shift_px * shown.z * own.z;
-        return shown.z > 0.0 && own.z > 0.0 && glm::dot(shift, shift) <= most * most;
+        const double z = -point.z;
+        const double kept = terms_.nearest + static_cast<double>(depth) / terms_.steps_per_m;
+        const double beyond = (kept - z) / z;
+        const glm::dvec3& eye = terms_.to_pixel_offset;
+        const glm::dvec3 own = terms_.to_pixel * glm::dvec3(on_page(point) * z, z) + eye;
+        const double shown_w = own.z + beyond * (own.z - eye.z);
+        const glm::dvec2 shift = beyond * (glm::dvec2(own) * eye.z - glm::dvec2(eye) * own.z);
+        const double most = terms_.max_shift_px * shown_w * own.z;
+        return shown_w > 0.0 && own.z > 0.0 && glm::dot(shift, shift) <= most * most;
     }
 
     KeyframeTerms terms_;

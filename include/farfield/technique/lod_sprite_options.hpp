@@ -25,7 +25,8 @@ enum class SpriteVisibility : std::uint8_t {
 /// How a `LodSprite` decides. Presets fill it in; every field has its default.
 struct LodSpriteOptions {
     /// [px] > 0, finite; 0.5 to 4 are of use. What the criterion is held to; with `guaranteed` the
-    /// farthest that anything projected is shown from its place.
+    /// farthest that anything projected is shown from its place, beside half a diagonal of the
+    /// keyframe's texel, as pictures are sampled.
     double error_px = 1.0;
     PixelConversion conversion = PixelConversion::bound;
     SpriteCriterion criterion = SpriteCriterion::largest;
@@ -63,7 +64,7 @@ struct LodSpriteOptions {
     /// Cuts coarse models that can be refined anew for every frame.
     bool refine = false;
     /// With `refine`, a triangle is split where this share of `error_px` is exceeded. (0, 1]
-    double refine_share = 0.5;
+    double refine_share = 1.0;
     std::uint32_t max_triangles = 65536; ///< of all cuts of a frame together, with `refine`. >= 1
     /// Draws geometry, and makes nothing, where keyframes would not live long enough to pay.
     bool never_slower = true;
@@ -88,8 +89,8 @@ namespace presets {
 /// that is wrong.
 [[nodiscard]] LodSpriteOptions chen1999(LodSpriteOptions options = {}) noexcept;
 
-/// What is projected is nowhere farther than `error_px` from its place, fragment by fragment;
-/// keyframes are kept, and two of them shown at a time.
+/// What is projected is nowhere farther than `error_px` and half a texel's diagonal from its place,
+/// fragment by fragment; keyframes are kept, and two of them shown at a time.
 /// @param options what the preset leaves open: threshold, margin, prediction, refinement, budget
 [[nodiscard]] LodSpriteOptions guaranteed_sprite(LodSpriteOptions options = {}) noexcept;
 
