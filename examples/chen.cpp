@@ -59,7 +59,7 @@ struct Options {
 };
 
 /// [frame] What foresees keyframes looks so far ahead, and makes one in so many tiles.
-constexpr std::uint32_t kAhead = 16;
+constexpr std::uint32_t kAhead = 12;
 constexpr std::uint32_t kTiles = 8;
 /// [s] of a frame of every walk.
 constexpr double kFrameSeconds = 1.0 / 60.0;
@@ -1129,7 +1129,8 @@ Result<void> spikes(const Options& options, Page& page) {
         return tl::unexpected(std::move(stage).error());
     }
     page.line("## The longest frames\n");
-    page.line("The walk at 1 px. Foreseen: frames ahead, tiles.\n");
+    page.line("The walk at 1 px. Foreseen: frames ahead, tiles. Nothing can be foreseen before the "
+              "first frame, which is left out of the worst that is set against the median.\n");
     const Way kept = with_keyframes(with_refinement(**stage, guaranteed(**stage, 1.0)));
     std::vector<Way> ways = {published(**stage, 1.0), kept};
     struct Foresight {
@@ -1140,6 +1141,7 @@ Result<void> spikes(const Options& options, Page& page) {
     for (const Foresight& foresight :
          {Foresight{4, 4, 1.0},
           Foresight{8, 8, 1.0},
+          Foresight{12, 8, 1.0},
           Foresight{16, 8, 1.0},
           Foresight{16, 16, 1.0},
           Foresight{16, 8, 1.2},
@@ -1159,7 +1161,7 @@ Result<void> spikes(const Options& options, Page& page) {
     }
     page.line("| way | keyframes, foreseen | frames of geometry | frame [ms] mean, median, p95, "
               "p99, worst "
-              "| worst over median | frames over 2 medians | speed-up |");
+              "| worst but for the first over median | frames over 2 medians | speed-up |");
     page.line("|---|---|---|---|---|---|---|---|");
     std::vector<double> geometry;
     for (const SampledTime& time : result->contenders[0].reference) {
@@ -1187,6 +1189,10 @@ Result<void> spikes(const Options& options, Page& page) {
             result->contenders[i].frames.end(),
             [&](const WalkFrame& frame) { return frame.frame_ms > 2.0 * ms.median; }
         );
+        double worst = 0.0; // but for the first
+        for (std::size_t frame = 1; frame < result->contenders[i].frames.size(); ++frame) {
+            worst = std::max(worst, result->contenders[i].frames[frame].frame_ms);
+        }
         page.line(
             "| %s | %d, %d | %d | %.1f, %.1f, %.1f, %.1f, %.1f | %.2f | %td | %s |",
             ways[i].name.c_str(),
@@ -1198,7 +1204,7 @@ Result<void> spikes(const Options& options, Page& page) {
             ms.p95,
             ms.p99,
             ms.max,
-            ms.max / ms.median,
+            worst / ms.median,
             slow,
             text(figures->speedup, "%.2f").c_str()
         );

@@ -44,6 +44,9 @@ constexpr double kSmallError = 1.0 / 16.0;
 constexpr float kFewLost = 0.01F;
 // A keyframe that serves less than the rest of the picture comes after those that serve more.
 constexpr float kMostlyLost = 0.5F;
+// While a foreseen keyframe is made that is needed earlier, so many times the share that may be
+// without one is borne.
+constexpr double kPatience = 3.0;
 // Texels on a surface that is seen from along it are not measured finer than at this cosine.
 constexpr float kLeastTexelCosine = 1.0F / 32.0F;
 // As of samples: rays that graze a facet count as at this cosine.
@@ -211,8 +214,15 @@ struct LodSprite::Impl {
         return options.max_own_share < 1.0 || options.keyframes_shown > 1;
     }
     /// Whether a keyframe, or several together, that lose a share of the picture may be shown.
-    [[nodiscard]] bool serves(float lost) const noexcept {
-        return options.max_own_share >= 1.0 || double{lost} <= options.max_own_share;
+    /// @param patience how many times `max_own_share` may be lost
+    [[nodiscard]] bool serves(float lost, double patience = 1.0) const noexcept {
+        return options.max_own_share >= 1.0 || double{lost} <= patience * options.max_own_share;
+    }
+    /// Whether frames may show less than asked for while a keyframe is made in tiles: where every
+    /// fragment is held to the threshold, nothing is wrong then, and there is a place to make it.
+    [[nodiscard]] bool may_wait() const noexcept {
+        return options.guaranteed && options.predict_frames > 0 &&
+               store.count() > options.keyframes_shown;
     }
     [[nodiscard]] SpriteEyes
     eyes_of(const Model& model, const View& drawn, const View& seen) const noexcept;
@@ -227,8 +237,8 @@ struct LodSprite::Impl {
     [[nodiscard]] Judgement judge(std::uint32_t index, Seen& seen) noexcept;
     [[nodiscard]] float lost_with(std::uint32_t index) const noexcept;
 
-    [[nodiscard]] bool choose() noexcept;
-    [[nodiscard]] bool complete_choice(std::uint32_t first) noexcept;
+    [[nodiscard]] bool choose(double patience) noexcept;
+    [[nodiscard]] bool complete_choice(std::uint32_t first, double patience) noexcept;
     [[nodiscard]] bool pays(const View& view) noexcept;
     [[nodiscard]] View foreseen(const View& view, double frames) const noexcept;
 
@@ -236,8 +246,8 @@ struct LodSprite::Impl {
     void begin_keyframe(KeyframeSlot& slot, const View& view) noexcept;
     void write_keyframe_pass(KeyframeSlot& slot, const Region& part, std::uint32_t batch) noexcept;
     void finish_keyframe(KeyframeSlot& slot) noexcept;
-    void foresee(const View& view) noexcept;
-    [[nodiscard]] View best_place(const View& view, const View& then) noexcept;
+    void foresee(const View& view, bool late) noexcept;
+    [[nodiscard]] View best_place(const View& view, const View& then, double horizon) noexcept;
     /// What a keyframe that is yet to be made is weighed by: with a promise for every fragment,
     /// what most of them are off.
     [[nodiscard]] SpriteCriterion life_criterion() const noexcept {
@@ -618,7 +628,7 @@ float LodSprite::Impl::lost_with(std::uint32_t index) const noexcept {
 
 /// Adds keyframes to the first one while they serve more of the picture; true where the picture is
 /// served well enough.
-bool LodSprite::Impl::complete_choice(std::uint32_t first) noexcept {
+bool LodSprite::Impl::complete_choice(std::uint32_t first, double patience) noexcept {
     shown[0] = first;
     shown_count = 1;
     if (!surveys()) {
@@ -647,11 +657,11 @@ bool LodSprite::Impl::complete_choice(std::uint32_t first) noexcept {
         lost = least;
     }
     statistics.own_share = double{lost};
-    return serves(lost);
+    return serves(lost, patience);
 }
 
 /// Finds the keyframes for the view; false where none serves.
-bool LodSprite::Impl::choose() noexcept {
+bool LodSprite::Impl::choose(double patience) noexcept {
     const auto judge_now = [&](std::uint32_t index) {
         KeyframeSlot& slot = store.slot(index);
         if (slot.judged_frame != frame_number) {
@@ -669,7 +679,7 @@ bool LodSprite::Impl::choose() noexcept {
     successor.reset();
     if (current && judge_now(*current) &&
         (options.keyframes_shown == 1 || store.slot(*current).judged_lost <= kFewLost) &&
-        complete_choice(*current)) {
+        complete_choice(*current, patience)) {
         return true;
     }
     for (std::uint32_t i = 0; i < store.count(); ++i) {
@@ -679,7 +689,7 @@ bool LodSprite::Impl::choose() noexcept {
     }
     // The one in use stays first while it serves most of the picture.
     if (current && store.slot(*current).judged_right &&
-        store.slot(*current).judged_lost <= kMostlyLost && complete_choice(*current)) {
+        store.slot(*current).judged_lost <= kMostlyLost && complete_choice(*current, patience)) {
         return true;
     }
     std::optional<std::uint32_t> best;
@@ -698,7 +708,7 @@ bool LodSprite::Impl::choose() noexcept {
             best = i;
         }
     }
-    if (best && complete_choice(*best)) {
+    if (best && complete_choice(*best, patience)) {
         statistics.keyframes_reused += best == current ? 0U : 1U;
         current = best;
         return true;
@@ -946,16 +956,20 @@ bool LodSprite::Impl::finish_early() noexcept {
 }
 
 /// Begins the next keyframe where none that there is will serve the view that is foreseen.
-void LodSprite::Impl::foresee(const View& view) noexcept {
+/// @param late it is needed now: it is made twice as fast, for where the eye is when it is done
+void LodSprite::Impl::foresee(const View& view, bool late) noexcept {
     // Tiles that were finished early lie where those of another keyframe would.
     if (options.predict_frames == 0 || store.count() < 2 || statistics.tiles_made > 0) {
         return;
     }
     if (building) {
         make_tile();
+        if (late && building) {
+            make_tile();
+        }
         return;
     }
-    const double horizon = options.predict_frames;
+    const double horizon = late ? options.keyframe_tiles / 2.0 : options.predict_frames;
     const View then = foreseen(view, horizon);
     ahead.view = &then;
     ahead.camera = make_image_camera(then, hierarchy->origin);
@@ -973,7 +987,7 @@ void LodSprite::Impl::foresee(const View& view) noexcept {
     building = store.take(frame_number, plan.pages, statistics.keyframes_evicted);
     if (building) {
         KeyframeSlot& slot = store.slot(*building);
-        begin_keyframe(slot, best_place(view, then));
+        begin_keyframe(slot, best_place(view, then, horizon));
         place_tiles(slot);
         slot.whole = false;
         make_tile();
@@ -982,10 +996,10 @@ void LodSprite::Impl::foresee(const View& view) noexcept {
 
 /// Where a keyframe is best drawn from that takes over at the view `then`: as far ahead of it as
 /// it is right there with something to spare, so that it serves before and behind its place.
-View LodSprite::Impl::best_place(const View& view, const View& then) noexcept {
+View LodSprite::Impl::best_place(const View& view, const View& then, double horizon) noexcept {
     double beyond = kFarthestAhead;
     for (int halving = 0; halving < kHalvings; ++halving, beyond /= 2.0) {
-        const View place = foreseen(view, options.predict_frames * (1.0 + beyond));
+        const View place = foreseen(view, horizon * (1.0 + beyond));
         const View wide = widened(place, options.keyframe_margin);
         if (error_of(wide, then, life_criterion(), 0.0) <= kSpare * threshold_rad) {
             return place;
@@ -1254,12 +1268,13 @@ void LodSprite::Impl::run(const View& view) noexcept {
         write_geometry_frame(view, SpriteRefusal::near);
         return;
     }
-    if (choose() || (finish_early() && choose())) {
+    const bool served = choose(1.0);
+    if (served || (may_wait() && choose(kPatience)) || (finish_early() && choose(1.0))) {
         if (cut_models()) {
             for (std::uint32_t k = 0; k < shown_count; ++k) {
                 store.slot(shown[k]).used_frame = frame_number;
             }
-            foresee(view);
+            foresee(view, !served);
             write_projected_frame(view);
             return;
         }

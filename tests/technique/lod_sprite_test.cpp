@@ -14,6 +14,7 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -606,6 +607,75 @@ TEST_CASE("with a promise for every fragment, keyframes say so") {
     CHECK(totals.geometry == 0);
     CHECK(totals.made > 1);
     CHECK(totals.made < 40);
+}
+
+TEST_CASE("a way that was not foreseen costs own colours for a while, not a whole keyframe") {
+    const SpriteWorld world = make_sprite_world({.refinable = true});
+    LodSpriteOptions options =
+        presets::guaranteed_sprite({.error_px = 0.5, .predict_frames = 8, .refine = true});
+    LodSprite patient = make_sprite(world, options);
+    // With no keyframe to spare for the one that is being made there is nothing to wait with.
+    options.max_keyframes = 2;
+    LodSprite pressed = make_sprite(world, options);
+    // Sideways, and all at once towards the hills.
+    std::vector<View> views = passing(60, 0.25);
+    for (int i = 0; i < 120; ++i) {
+        const glm::dvec3 eye = views[59].eye + glm::dvec3(0.0, -0.4, -2.2) * (i + 1.0);
+        views.push_back(support::view_at(eye, {}));
+    }
+    const auto steps = support::walk_of(views);
+    Walker walker(world);
+    double largest = 0.0;
+    const Totals totals = walker.walk(patient, steps, [&](const Step&, const FramePlan&) {
+        largest = std::max(largest, patient.statistics().own_share);
+        REQUIRE(patient.statistics().tiles_made <= 2);
+    });
+    CAPTURE(totals.made, totals.predicted, largest);
+    CHECK(totals.made == 1);
+    CHECK(totals.predicted > 1);
+    CHECK(totals.geometry == 0);
+    CHECK(largest > options.max_own_share);
+    CHECK(largest <= 3.0 * options.max_own_share);
+    Walker other(world);
+    const Totals without = other.walk(pressed, steps, [&](const Step&, const FramePlan&) {
+        REQUIRE(pressed.statistics().own_share <= options.max_own_share);
+    });
+    CHECK(without.made + without.predicted > 1);
+}
+
+TEST_CASE("triangles try one keyframe where it serves as well as all that are shown") {
+    const SpriteWorld world = make_sprite_world({.refinable = true});
+    LodSprite sprite = make_sprite(
+        world, presets::guaranteed_sprite({.error_px = 0.5, .keyframes_shown = 3, .refine = true})
+    );
+    Walker walker(world);
+    std::array<std::size_t, kMostKeyframes + 1> commands{};
+    const auto steps = support::walk_of(passing(300, 1.0));
+    const Totals totals = walker.walk(sprite, steps, [&](const Step&, const FramePlan& plan) {
+        std::vector<std::uint32_t> drawn;
+        for (const Command& command : plan.commands) {
+            if (command.kind != Command::Kind::projected) {
+                continue;
+            }
+            ++commands[command.keyframe_count];
+            const std::uint32_t shown = sprite.statistics().keyframes_shown;
+            REQUIRE((command.keyframe_count == 1 || command.keyframe_count == shown));
+            REQUIRE(command.selection_count > 0);
+            for (std::uint32_t i = 0; i < command.selection_count; ++i) {
+                const Selection& selection = plan.selections[command.first_selection + i];
+                const auto first = plan.selected.begin() + selection.first;
+                drawn.insert(drawn.end(), first, first + selection.count);
+            }
+        }
+        // All of the cut, and each triangle once.
+        REQUIRE(drawn.size() == sprite.statistics().coarse_triangles);
+        REQUIRE(drawn.size() == plan.selected.size());
+        std::sort(drawn.begin(), drawn.end());
+        REQUIRE(std::adjacent_find(drawn.begin(), drawn.end()) == drawn.end());
+    });
+    CHECK(totals.projected > 200);
+    CHECK(commands[1] > 0);
+    CHECK(commands[2] + commands[3] > 0);
 }
 
 TEST_CASE("the published system has one keyframe, for whole triangles") {
