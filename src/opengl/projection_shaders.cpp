@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace farfield::opengl {
 
@@ -315,7 +316,10 @@ std::string projection_geometry_shader(
         replace_all(one, "#", number(i));
         choice += one;
         if (i > 0) {
-            point = "shown == " + number(i) + " ? keyframe_point_" + number(i) + "[i] : " + point;
+            std::string chosen =
+                "shown == " + number(i) + " ? keyframe_point_" + number(i) + "[i] : ";
+            chosen += point;
+            point = std::move(chosen);
         }
     }
     copies += "        shown_from = " + point + ";\n";
