@@ -110,9 +110,11 @@ inline void show_keyframes(benchmark::State& state, Backend& backend) {
         }
         return true;
     };
-    if (!execute(make)) {
+    // The first frame with keyframes makes the programs that show them.
+    if (!execute(make) || !execute(show)) {
         return;
     }
+    backend.finish();
     for ([[maybe_unused]] auto _ : state) {
         if (!execute(show)) {
             break;

@@ -141,6 +141,17 @@ std::int32_t most_samples() noexcept {
 
 static_assert(kUnitsWithKeyframes <= StateGuard::kMostUnits);
 
+/// The colours of a framebuffer with several samples. Drivers may resolve by drawing, so that what
+/// has nothing to do with copying, such as a discarding rasteriser, leaves nothing of them.
+void resolve(GLuint from, GLuint to, std::int32_t width, std::int32_t height) noexcept {
+    const StateGuard guard(StateGuard::kUnits);
+    const Region whole{0, 0, width, height};
+    set_drawing_state(to, whole, whole);
+    glBlitNamedFramebuffer(
+        from, to, 0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST
+    );
+}
+
 /// Errors of the caller's are not ours to report.
 void drop_old_errors() noexcept {
     while (glGetError() != GL_NO_ERROR) {
@@ -1102,20 +1113,7 @@ Result<Picture> OpenGLBackend::read_target(TargetId target) {
         glNamedFramebufferRenderbuffer(
             resolved, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, resolved_color
         );
-        glBlitNamedFramebuffer(
-            read->framebuffer,
-            resolved,
-            0,
-            0,
-            read->width,
-            read->height,
-            0,
-            0,
-            read->width,
-            read->height,
-            GL_COLOR_BUFFER_BIT,
-            GL_NEAREST
-        );
+        resolve(read->framebuffer, resolved, read->width, read->height);
         if (choose_buffer) {
             glReadBuffer(static_cast<GLenum>(old_buffer));
         }

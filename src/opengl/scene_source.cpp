@@ -52,11 +52,13 @@ static_assert(sizeof(InstanceData) == 88);
 // shaders draw the geometry baseline.
 std::string
 vertex_shader(bool textured, bool clipped, bool positions, const ProjectionVariant* projection) {
-    // Keyframes and own colours are drawn one after the other, at the same depths.
-    std::string text = "#version 450 core\ninvariant gl_Position;\n";
+    std::string text = "#version 450 core\n";
     if (clipped) {
         text += "out gl_PerVertex { vec4 gl_Position; float gl_ClipDistance[6]; };\n";
     }
+    // Keyframes and own colours are drawn one after the other, at the same depths. A block that is
+    // declared anew comes before anything that is said of what is in it.
+    text += "invariant gl_Position;\n";
     text += R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
@@ -178,6 +180,13 @@ struct Program {
 /// By surface, and by what is asked for: clipping (1), positions (2).
 using Programs = std::array<std::array<Program, 4>, kSurfaces>;
 
+/// Which of a surface's programs draws. Those that project keyframes all clip: without a clip box
+/// the distances are written and not looked at. That costs nothing beside projecting, and linking
+/// half as many is time out of a frame.
+constexpr std::size_t program_place(bool clipped, bool positions, bool projecting) {
+    return (clipped || projecting ? 1U : 0U) + (positions ? 2U : 0U);
+}
+
 struct PartOnDevice {
     std::size_t index_offset = 0; // bytes into the index buffer
     GLsizei index_count = 0;
@@ -228,6 +237,7 @@ struct SceneSource::Impl {
     std::vector<MeshOnDevice> meshes;
     std::vector<PartOnDevice> parts;
     std::vector<MaterialOnDevice> materials;
+    std::array<bool, kSurfaces> surfaces{}; // those that there are
     std::vector<GLuint> textures;
     std::vector<Instance> instances;
     DirectionalLight light;
@@ -303,24 +313,24 @@ void SceneSource::Impl::delete_programs(const Programs& programs) noexcept {
     }
 }
 
-/// Makes those that are not there.
+/// Makes those of the scene's surfaces that are not there.
 Result<void> SceneSource::Impl::make_programs(bool positions, const ProjectionVariant* projection) {
     Programs& made = projection == nullptr ? programs : projecting[projection->place()];
     for (std::size_t surface = 0; surface < kSurfaces; ++surface) {
-        for (std::size_t clipped = 0; clipped < 2; ++clipped) {
-            Program& program = made[surface][clipped + (positions ? 2 : 0)];
-            if (program.name != 0) {
+        for (const bool clipped : {false, true}) {
+            const bool projects = projection != nullptr;
+            Program& program = made[surface][program_place(clipped, positions, projects)];
+            if (program.name != 0 || !surfaces[surface]) {
                 continue;
             }
+            const bool clips = clipped || projects;
             const auto kind = static_cast<Surface>(surface);
             const bool textured = kind != Surface::plain;
             const Result<GLuint> linked = link_program(
                 "scene source",
-                vertex_shader(textured, clipped == 1, positions, projection),
+                vertex_shader(textured, clips, positions, projection),
                 fragment_shader(kind, positions, projection),
-                projection == nullptr
-                    ? ""
-                    : projection_geometry_shader(*projection, textured, clipped == 1, positions)
+                projects ? projection_geometry_shader(*projection, textured, clips, positions) : ""
             );
             if (!linked) {
                 return tl::unexpected(linked.error());
@@ -331,7 +341,7 @@ Result<void> SceneSource::Impl::make_programs(bool positions, const ProjectionVa
             program.light = glGetUniformLocation(program.name, "light");
             program.clip_planes = glGetUniformLocation(program.name, "clip_planes");
             program.alpha_cutoff = glGetUniformLocation(program.name, "alpha_cutoff");
-            if (projection != nullptr) {
+            if (projects) {
                 program.projection_uniforms = ProjectionUniforms::of(*linked);
             }
         }
@@ -424,6 +434,7 @@ void SceneSource::Impl::upload_meshes(const Scene& scene) {
                      ? 0U
                      : static_cast<std::uint32_t>(index_of(part.material)) + 1U}
             );
+            surfaces[static_cast<std::size_t>(materials[parts.back().material].surface)] = true;
         }
         for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
             Vertex vertex;
@@ -745,11 +756,11 @@ void SceneSource::Impl::use_material(std::uint32_t index, const PassContext& con
     }
     current_material = index;
     const MaterialOnDevice& material = materials[index];
-    const std::size_t variant =
-        (context.clip.has_value() ? 1U : 0U) + (context.positions ? 2U : 0U);
     const ProjectionVariant projection{context.keyframes.size(), context.whole_triangles};
     const Programs& made = showing_keyframes ? projecting[projection.place()] : programs;
-    const Program& program = made[static_cast<std::size_t>(material.surface)][variant];
+    const Program& program =
+        made[static_cast<std::size_t>(material.surface)]
+            [program_place(context.clip.has_value(), context.positions, showing_keyframes)];
     FARFIELD_ASSERT(program.name != 0);
     if (&program != current) {
         current = &program;
@@ -793,11 +804,6 @@ SceneSource::~SceneSource() = default;
 Result<std::unique_ptr<SceneSource>>
 SceneSource::create(const Scene& scene, const Hierarchy* hierarchy) {
     auto impl = std::make_unique<Impl>();
-    for (const bool positions : {false, true}) {
-        if (Result<void> made = impl->make_programs(positions, nullptr); !made) {
-            return tl::unexpected(std::move(made).error());
-        }
-    }
     {
         const UploadGuard guard;
         if (Result<void> uploaded = impl->upload_textures(scene); !uploaded) {
@@ -806,6 +812,11 @@ SceneSource::create(const Scene& scene, const Hierarchy* hierarchy) {
         impl->add_materials(scene);
     }
     impl->upload_meshes(scene);
+    for (const bool positions : {false, true}) {
+        if (Result<void> made = impl->make_programs(positions, nullptr); !made) {
+            return tl::unexpected(std::move(made).error());
+        }
+    }
     if (hierarchy != nullptr && !hierarchy->pieces.empty()) {
         impl->upload_split(scene, *hierarchy);
     }

@@ -33,7 +33,8 @@ class SceneSource final : public GeometrySource {
 
     [[nodiscard]] Capabilities capabilities() const noexcept override;
 
-    /// Links a program for each kind of material, with and without a clip box, once.
+    /// Links a program for each kind of material that the scene has, once. Where the driver keeps
+    /// no programs from an earlier run, that takes tens of milliseconds each.
     /// @return `device` for what the driver does not take
     [[nodiscard]] Result<void> prepare_projection(
         std::size_t keyframes, bool whole_triangles, bool positions
