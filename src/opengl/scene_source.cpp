@@ -261,6 +261,11 @@ struct SceneSource::Impl {
     std::vector<std::uint32_t> mesh_count;
     std::vector<std::uint32_t> touched;
     std::vector<InstanceData> data;
+    // Runs of pieces of one item: indices of each, the bytes before them, the base vertex.
+    std::vector<GLsizei> piece_counts;
+    std::vector<const void*> piece_offsets;
+    std::vector<GLint> piece_vertices;
+    // Selected primitives.
     std::vector<std::uint32_t> kept_indices;     // those of `indices`, from the first selection on
     std::vector<std::uint32_t> gathered_indices; // of selected primitives
     std::vector<SelectedRun> selected_runs;
@@ -299,6 +304,10 @@ struct SceneSource::Impl {
     void gather_part(
         const MeshOnDevice& mesh, std::uint32_t part, std::span<const std::uint32_t> primitives
     ) noexcept;
+    std::size_t gather_runs(
+        std::span<const Piece> pieces, std::size_t first, const MeshOnDevice& mesh
+    ) noexcept;
+    void draw_runs(std::uint32_t instance) noexcept;
     void draw_items(const PassContext& context) noexcept;
     void draw_pieces(const DrawList& list, const PassContext& context) noexcept;
     void draw_selections(const PassContext& context) noexcept;
@@ -698,37 +707,68 @@ void SceneSource::Impl::draw_items(const PassContext& context) noexcept {
     }
 }
 
+/// Prepares a draw of the runs of primitives of one item, from the first on. Neighbours are one
+/// run.
+/// @return the first piece of another item
+std::size_t SceneSource::Impl::gather_runs(
+    std::span<const Piece> pieces, std::size_t first, const MeshOnDevice& mesh
+) noexcept {
+    piece_counts.clear();
+    piece_offsets.clear();
+    std::size_t i = first;
+    while (i < pieces.size() && pieces[i].item == pieces[first].item) {
+        const Piece& piece = pieces[i++];
+        std::uint32_t count = piece.count;
+        while (i < pieces.size() && pieces[i].item == piece.item &&
+               pieces[i].first == piece.first + count) {
+            count += pieces[i++].count;
+        }
+        piece_counts.push_back(static_cast<GLsizei>(count * 3));
+        piece_offsets.push_back(buffer_offset(std::size_t{piece.first} * 3 * sizeof(std::uint32_t))
+        );
+    }
+    piece_vertices.assign(piece_counts.size(), mesh.base_vertex);
+    return i;
+}
+
+/// Draws them as one instance, all with one call: there may be a thousand. With the program and the
+/// vertex array in use.
+void SceneSource::Impl::draw_runs(std::uint32_t instance) noexcept {
+    const GLuint array =
+        materials[current_material].surface == Surface::plain ? plain_array : textured_array;
+    const auto begin_instances_at = [&](std::size_t first) {
+        glVertexArrayVertexBuffer(
+            array,
+            kInstanceBinding,
+            instance_buffer,
+            static_cast<GLintptr>(first * sizeof(InstanceData)),
+            sizeof(InstanceData)
+        );
+    };
+    begin_instances_at(instance);
+    glMultiDrawElementsBaseVertex(
+        GL_TRIANGLES,
+        piece_counts.data(),
+        GL_UNSIGNED_INT,
+        piece_offsets.data(),
+        static_cast<GLsizei>(piece_counts.size()),
+        piece_vertices.data()
+    );
+    begin_instances_at(0);
+}
+
+/// Draws all pieces of a list.
 void SceneSource::Impl::draw_pieces(const DrawList& list, const PassContext& context) noexcept {
     for (const GLuint array : {plain_array, textured_array}) {
         glVertexArrayElementBuffer(array, split_indices);
     }
     // Behind those of whole items.
     std::uint32_t instance = touched.empty() ? 0U : mesh_count[touched.back()];
-    for (std::size_t i = 0; i < list.pieces.size();) {
-        const Piece& piece = list.pieces[i];
-        if (i > 0 && piece.item != list.pieces[i - 1].item) {
-            ++instance;
-        }
-        // Neighbouring runs of one item are one draw.
-        std::uint32_t count = piece.count;
-        std::size_t end = i + 1;
-        while (end < list.pieces.size() && list.pieces[end].item == piece.item &&
-               list.pieces[end].first == piece.first + count) {
-            count += list.pieces[end].count;
-            ++end;
-        }
-        const MeshOnDevice& on_device = meshes[index_of(instances[index_of(piece.item)].mesh)];
-        use_material(parts[on_device.first_part].material, context);
-        glDrawElementsInstancedBaseVertexBaseInstance(
-            GL_TRIANGLES,
-            static_cast<GLsizei>(count * 3),
-            GL_UNSIGNED_INT,
-            buffer_offset(std::size_t{piece.first} * 3 * sizeof(std::uint32_t)),
-            1,
-            on_device.base_vertex,
-            instance
-        );
-        i = end;
+    for (std::size_t i = 0; i < list.pieces.size(); ++instance) {
+        const MeshOnDevice& mesh = meshes[index_of(instances[index_of(list.pieces[i].item)].mesh)];
+        i = gather_runs(list.pieces, i, mesh);
+        use_material(parts[mesh.first_part].material, context);
+        draw_runs(instance);
     }
 }
 
