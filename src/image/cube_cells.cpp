@@ -293,8 +293,44 @@ void order_by_levels(ColorCubeTree& tree, std::vector<Box3f>& boxes) {
     boxes = std::move(ordered);
 }
 
-/// Leaves triangles that are no larger than any leaf that they reach into to one of these, the one
-/// with their middle if rounding allows, and sets how far they reach out of it.
+/// The same for an edge in both of its directions, else different with near certainty.
+std::uint64_t key_of_edge(const glm::vec3& a, const glm::vec3& b) noexcept {
+    const auto key = [](const glm::vec3& point) {
+        std::uint64_t hash = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            // Zero has two representations.
+            hash = (hash ^ std::bit_cast<std::uint32_t>(point[axis] + 0.0F)) * 0x9E3779B97F4A7C15U;
+            hash ^= hash >> 29U;
+        }
+        return hash;
+    };
+    return key(a) + key(b);
+}
+
+/// By triangle: whether there is an edge that no other triangle has. Of a closed surface none has,
+/// of leaves and blades all.
+std::vector<std::uint8_t> have_free_edges(const std::vector<Triangle3f>& triangles) {
+    std::vector<std::uint64_t> keys;
+    keys.reserve(triangles.size() * 3);
+    for (const Triangle3f& triangle : triangles) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            keys.push_back(key_of_edge(triangle[i], triangle[(i + 1) % 3]));
+        }
+    }
+    std::vector<std::uint64_t> sorted = keys;
+    std::sort(sorted.begin(), sorted.end());
+    std::vector<std::uint8_t> free(triangles.size(), 0);
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+        const auto at = std::lower_bound(sorted.begin(), sorted.end(), keys[i]);
+        if (at + 1 == sorted.end() || at[1] != keys[i]) {
+            free[i / 3] = 1;
+        }
+    }
+    return free;
+}
+
+/// Leaves triangles with a free edge that are no larger than any leaf that they reach into to one
+/// of these, the one with their middle if rounding allows, and sets how far they reach out of it.
 void keep_small_triangles_once(const CellContents& contents, ColorCubeTree& tree) {
     const std::size_t others = contents.references.size() + contents.items.size();
     const std::vector<CellPlace> places = places_of(tree);
@@ -324,6 +360,7 @@ void keep_small_triangles_once(const CellContents& contents, ColorCubeTree& tree
             }
         });
     }
+    const std::vector<std::uint8_t> free = have_free_edges(contents.triangles);
     std::vector<std::uint32_t> kept;
     kept.reserve(tree.contents.size());
     for (std::size_t i = 0; i < tree.cells.size(); ++i) {
@@ -337,7 +374,8 @@ void keep_small_triangles_once(const CellContents& contents, ColorCubeTree& tree
                 const Box3f box = bounds_of(contents.triangles[number - others]);
                 const glm::vec3 size = extent(box);
                 const Holder& holder = holders[number - others];
-                if (std::max({size.x, size.y, size.z}) <= holder.smallest) {
+                if (free[number - others] != 0 &&
+                    std::max({size.x, size.y, size.z}) <= holder.smallest) {
                     if (holder.cell != i) {
                         return;
                     }
