@@ -1,5 +1,6 @@
 #include "image/cube_cells.hpp"
 #include "image/cube_colors.hpp"
+#include "image/cube_levels.hpp"
 #include <farfield/image/build_color_cubes.hpp>
 #include <farfield/math/box3.hpp>
 
@@ -185,6 +186,12 @@ class Builder {
 
   private:
     [[nodiscard]] Result<void> check_input() const;
+    /// As published cells are shown whole.
+    void set_bounds(ColorCubeTree& tree, const Box3f& box) const noexcept {
+        if (options_->colors == CubeColors::sampled) {
+            tree.bounds = box;
+        }
+    }
     Result<void> add_references();
     Result<void> add_prototypes();
     Result<void> add_scene(const Box3f& world);
@@ -356,6 +363,7 @@ Result<void> Builder::add_prototypes() {
         }
         ColorCubeTree tree;
         set_cube(tree, bounds);
+        set_bounds(tree, bounds);
         if (Result<void> fits = check_cube(tree); !fits) {
             return fits;
         }
@@ -366,6 +374,16 @@ Result<void> Builder::add_prototypes() {
         image::color_cells(
             *sampler_, prototype.item, lights, input_->light.ambient, *options_, *executor_, tree
         );
+        if (options_->colors == CubeColors::sampled) {
+            std::vector<CubeReference> places;
+            places.reserve(used[i].size());
+            for (const std::uint32_t reference : used[i]) {
+                places.push_back(model_.references[reference]);
+            }
+            image::fit_level_factors(
+                *sampler_, prototype.item, places, *options_, *executor_, tree
+            );
+        }
         model_.trees.push_back(std::move(tree));
     }
     return {};
@@ -435,6 +453,7 @@ Result<void> Builder::add_scene(const Box3f& world) {
     const float beside =
         0.25F * (tree.edge - std::max({extent(bounds).x, extent(bounds).y, extent(bounds).z}));
     tree.lo = glm::max(tree.lo, bounds.lo - beside);
+    set_bounds(tree, bounds);
     if (Result<void> fits = check_cube(tree); !fits) {
         return fits;
     }
@@ -443,6 +462,9 @@ Result<void> Builder::add_scene(const Box3f& world) {
     image::color_cells(
         *sampler_, kNone<ItemId>, lights, input_->light.ambient, *options_, *executor_, tree
     );
+    if (options_->colors == CubeColors::sampled) {
+        image::fit_level_factors(*sampler_, kNone<ItemId>, {}, *options_, *executor_, tree);
+    }
     model_.trees.push_back(std::move(tree));
     return {};
 }

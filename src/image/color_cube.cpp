@@ -37,14 +37,22 @@ float optical_depth(std::uint8_t alpha) noexcept {
     return -std::log1p(-std::min(static_cast<float>(alpha), 254.5F) / 255.0F);
 }
 
-CubeGain make_gain(float gain, bool sheet) noexcept {
-    const float value = std::clamp(64.0F + 16.0F * std::log2(gain), 0.0F, 127.0F);
-    const auto rounded = static_cast<unsigned>(std::lround(value));
-    return {static_cast<std::uint8_t>(rounded | (sheet ? 0x80U : 0U))};
+CubeGain make_gain(const glm::vec3& gains, bool sheet) noexcept {
+    CubeGain result;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const float power = 16.0F * std::log2(gains[static_cast<int>(axis)]);
+        const float value = std::clamp(64.0F + power, 0.0F, 127.0F);
+        result.stored[axis] = static_cast<std::uint8_t>(std::lround(value));
+    }
+    result.stored[0] = static_cast<std::uint8_t>(result.stored[0] | (sheet ? 0x80U : 0U));
+    return result;
 }
 
-float gain_of(CubeGain gain) noexcept {
-    return std::exp2((static_cast<float>(gain.stored & 0x7FU) - 64.0F) / 16.0F);
+glm::vec3 gain_of(const CubeGain& gain) noexcept {
+    const auto of = [&](std::size_t axis) {
+        return std::exp2((static_cast<float>(gain.stored[axis] & 0x7FU) - 64.0F) / 16.0F);
+    };
+    return {of(0), of(1), of(2)};
 }
 
 } // namespace farfield

@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <string>
+#include <tuple>
 #include <utility>
 
 namespace farfield {
@@ -74,6 +76,9 @@ class TreeCheck {
         }
         if (!(tree.edge >= kSmallestEdge) || !is_finite(tree.lo + tree.edge)) {
             return bad(name_, "edge", text(tree.edge) + " from " + text(tree.lo));
+        }
+        if (tree.bounds != Box3f{} && (is_empty(tree.bounds) || !is_finite(tree.bounds))) {
+            return bad(name_, "bounds", text(tree.bounds.lo) + " to " + text(tree.bounds.hi));
         }
         if (!(tree.overhang >= 0.0F) || !std::isfinite(tree.overhang)) {
             return bad(name_, "overhang", text(tree.overhang));
@@ -269,6 +274,33 @@ class TreeCheck {
         return {};
     }
 
+    [[nodiscard]] Result<void> check_level_factors() const {
+        const ColorCubeTree& tree = *tree_;
+        const std::size_t levels = std::size_t{tree.quality.depth} + 1;
+        if (!tree.level_factors.empty() && tree.gains.empty()) {
+            return bad(name_ + " has level_factors and no gains");
+        }
+        if (!tree.level_factors.empty() && tree.level_factors.size() != levels) {
+            return bad(
+                name_,
+                "the number of level_factors",
+                std::to_string(tree.level_factors.size()) + ", expected " + std::to_string(levels)
+            );
+        }
+        for (std::size_t level = 0; level < tree.level_factors.size(); ++level) {
+            for (std::size_t i = 0; i < std::tuple_size_v<LevelFactors>; ++i) {
+                const float factor = tree.level_factors[level][i];
+                if (!(factor >= kLeastLevelFactor && factor <= kMostLevelFactor)) {
+                    return bad(
+                        name_ + ", level " + std::to_string(level) + ": factor " +
+                        std::to_string(i) + " is " + text(factor)
+                    );
+                }
+            }
+        }
+        return {};
+    }
+
     [[nodiscard]] Result<void> check_colors() const {
         const ColorCubeTree& tree = *tree_;
         const std::size_t cells = tree.cells.size();
@@ -287,6 +319,9 @@ class TreeCheck {
                 "the number of gains",
                 std::to_string(tree.gains.size()) + " for " + std::to_string(cells) + " cells"
             );
+        }
+        if (Result<void> checked = check_level_factors(); !checked) {
+            return checked;
         }
         for (std::size_t i = 0; i < tree.cubes.size(); ++i) {
             for (std::size_t face = 0; face < 6; ++face) {
@@ -395,9 +430,34 @@ Result<void> check_items(const ColorCubeModel& model) {
 
 } // namespace
 
+std::vector<Box3f> contents_boxes(const ColorCubeTree& tree) {
+    struct Place {
+        glm::vec3 lo{0.0F};
+        float edge = 0.0F;
+        Box3f around;
+    };
+    std::vector<Place> places(tree.cells.size());
+    std::vector<Box3f> boxes(tree.cells.size());
+    places[0] = {tree.lo, tree.edge, root_range(tree)};
+    for (std::size_t i = 0; i < tree.cells.size(); ++i) {
+        const CubeCell& cell = tree.cells[i];
+        const Place& place = places[i];
+        boxes[i] = contents_box(cell, place.around, place.lo, place.edge);
+        const float half = place.edge * 0.5F;
+        std::uint32_t child = cell.first;
+        for (unsigned rest = cell.octants; rest != 0; rest &= rest - 1) {
+            const auto octant = static_cast<unsigned>(std::countr_zero(rest));
+            const glm::vec3 upper(octant & 1U, octant >> 1U & 1U, octant >> 2U);
+            places[child++] = {place.lo + upper * half, half, boxes[i]};
+        }
+    }
+    return boxes;
+}
+
 std::uint64_t memory_bytes(const ColorCubeTree& tree) noexcept {
     return tree.cells.size() * sizeof(CubeCell) + tree.cubes.size() * sizeof(ColorCube) +
-           tree.gains.size() + tree.contents.size() * sizeof(std::uint32_t) +
+           tree.gains.size() * sizeof(CubeGain) + tree.level_factors.size() * sizeof(LevelFactors) +
+           tree.contents.size() * sizeof(std::uint32_t) +
            tree.items.size() * (sizeof(ItemId) + sizeof(std::uint32_t)) +
            tree.primitives.size() * sizeof(CubePrimitives);
 }

@@ -238,13 +238,13 @@ class Divider {
     const ColorCubeOptions* options_;
 };
 
-/// Sixteenths of a cell between which a box lies, rounded outwards.
-std::array<std::uint8_t, 3> extent_of(const Box3f& box, const CellPlace& place) noexcept {
+/// Sixteenths of a range between which a box lies, rounded outwards.
+std::array<std::uint8_t, 3> extent_of(const Box3f& box, const Box3f& range) noexcept {
     std::array<std::uint8_t, 3> extent{};
     for (int axis = 0; axis < 3; ++axis) {
-        const float per_edge = 16.0F / place.edge;
-        const float lo = std::floor((box.lo[axis] - place.lo[axis]) * per_edge);
-        const float hi = std::ceil((box.hi[axis] - place.lo[axis]) * per_edge) - 1.0F;
+        const float per_size = 16.0F / (range.hi[axis] - range.lo[axis]);
+        const float lo = std::floor((box.lo[axis] - range.lo[axis]) * per_size);
+        const float hi = std::ceil((box.hi[axis] - range.lo[axis]) * per_size) - 1.0F;
         const float first = std::clamp(lo, 0.0F, 15.0F);
         const float last = std::clamp(hi, first, 15.0F);
         extent[static_cast<std::size_t>(axis)] = static_cast<std::uint8_t>(
@@ -256,13 +256,23 @@ std::array<std::uint8_t, 3> extent_of(const Box3f& box, const CellPlace& place) 
 
 /// @param boxes of the contents of leaves; becomes those of all cells
 void set_extents(ColorCubeTree& tree, std::vector<Box3f>& boxes) {
-    const std::vector<CellPlace> places = places_of(tree);
     for (std::size_t i = tree.cells.size(); i-- > 0;) {
-        CubeCell& cell = tree.cells[i];
+        const CubeCell& cell = tree.cells[i];
         for (std::uint32_t k = 0; cell.octants != 0 && k < child_count(cell); ++k) {
             boxes[i] = unite(boxes[i], boxes[cell.first + k]);
         }
-        cell.extent = extent_of(boxes[i], places[i]);
+    }
+    const std::vector<CellPlace> places = places_of(tree);
+    // As they are told: children are told in parts of these.
+    std::vector<Box3f> around(tree.cells.size(), root_range(tree));
+    for (std::size_t i = 0; i < tree.cells.size(); ++i) {
+        CubeCell& cell = tree.cells[i];
+        const CellPlace& place = places[i];
+        cell.extent = extent_of(boxes[i], extent_range(around[i], place.lo, place.edge));
+        const Box3f box = contents_box(cell, around[i], place.lo, place.edge);
+        for (std::uint32_t k = 0; cell.octants != 0 && k < child_count(cell); ++k) {
+            around[cell.first + k] = box;
+        }
     }
 }
 

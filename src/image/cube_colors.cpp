@@ -1,9 +1,10 @@
 #include "image/cube_colors.hpp"
 
-#include "image/cube_cells.hpp"
+#include "image/cube_rays.hpp"
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 
 #include <algorithm>
 #include <array>
@@ -20,98 +21,14 @@ namespace {
 
 constexpr std::size_t kCellsAtOnce = 64;
 
-/// A number in [0, 1) for a ray of a cell: the same on every run, unlike its neighbours'.
-float jitter(std::uint32_t seed) noexcept {
-    // Finaliser of MurmurHash3, which leaves no pattern.
-    seed ^= seed >> 16U;
-    seed *= 0x85EBCA6BU;
-    seed ^= seed >> 13U;
-    seed *= 0xC2B2AE35U;
-    seed ^= seed >> 16U;
-    return static_cast<float>(seed >> 8U) * 0x1p-24F;
-}
+/// Rays a side of its faces from which on a cell has a gain for each axis. With fewer there are too
+/// few aslant to tell them apart.
+constexpr std::uint32_t kGainEach = 8;
 
-/// Directions that are tried for every cell, and rays along each where faces have 4 x 4.
-constexpr std::size_t kDirections = 8;
-constexpr std::size_t kOblique = 6;
-
-/// Directions all around and, along each, rays through the silhouette of a box.
-struct ObliqueRays {
-    std::array<glm::vec3, kDirections> directions{};
-    std::array<float, kDirections> silhouettes{}; ///< [m^2]
-    std::vector<SurfaceRay> rays; ///< as many of each direction, one after the other
-};
-
-/// Rays along each direction, for so many a side of faces.
-std::size_t rays_each(std::uint32_t side) noexcept {
-    return kOblique * std::max(side * side / 16U, 1U);
-}
-
-/// Chooses directions for a cell, the same on every run.
-/// @return the next number for `jitter`
-std::uint32_t aim_directions(std::uint32_t cell, const Box3f& box, ObliqueRays& out) noexcept {
-    const glm::vec3 size = extent(box);
-    const glm::vec3 areas(size.y * size.z, size.z * size.x, size.x * size.y);
-    std::uint32_t seed = (cell + 1U) * 0x9E3779B9U;
-    for (std::size_t i = 0; i < kDirections; ++i) {
-        // Bands of equal area, the turn within each left to chance.
-        const float z =
-            -1.0F + 2.0F * (static_cast<float>(i) + jitter(seed++)) / float{kDirections};
-        const float turn = 2.0F * std::numbers::pi_v<float> * jitter(seed++);
-        const float ring = std::sqrt(std::max(0.0F, 1.0F - z * z));
-        out.directions[i] = {ring * std::cos(turn), ring * std::sin(turn), z};
-        const glm::vec3 seen = glm::abs(out.directions[i]) * areas;
-        out.silhouettes[i] = seen.x + seen.y + seen.z;
-    }
-    return seed;
-}
-
-/// Directions for a cell and rays along them.
-/// @param side rays a side of its faces
-void aim(std::uint32_t cell, const Box3f& box, std::uint32_t side, ObliqueRays& out) {
-    // A little longer than the box, so that surfaces in its faces are met.
-    constexpr float kBeyond = 1e-3F;
-    std::uint32_t seed = aim_directions(cell, box, out);
-    const glm::vec3 size = extent(box);
-    const glm::vec3 areas(size.y * size.z, size.z * size.x, size.x * size.y);
-    const std::size_t each = rays_each(side);
-    out.rays.resize(kDirections * each);
-    for (std::size_t i = 0; i < kDirections; ++i) {
-        const glm::vec3& direction = out.directions[i];
-        const glm::vec3 seen = glm::abs(direction) * areas;
-        for (std::size_t k = 0; k < each; ++k) {
-            // Uniform over the silhouette: first the face, then the point on it.
-            float choice = jitter(seed++) * out.silhouettes[i];
-            int axis = 0;
-            while (axis < 2 && choice >= seen[axis]) {
-                choice -= seen[axis++];
-            }
-            glm::vec3 from = box.lo;
-            from[(axis + 1) % 3] += size[(axis + 1) % 3] * jitter(seed++);
-            from[(axis + 2) % 3] += size[(axis + 2) % 3] * jitter(seed++);
-            from[axis] = direction[axis] > 0.0F ? box.lo[axis] : box.hi[axis];
-            float length = std::numeric_limits<float>::infinity();
-            for (int a = 0; a < 3; ++a) {
-                const float way = direction[a] > 0.0F ? box.hi[a] - from[a] : from[a] - box.lo[a];
-                length = std::min(length, way / std::max(std::abs(direction[a]), 1e-12F));
-            }
-            const float beyond = std::max({size.x, size.y, size.z}) * kBeyond;
-            out.rays[i * each + k] = {
-                from - direction * beyond, direction * (length + 2.0F * beyond)};
-        }
-    }
-}
-
-/// Share of the silhouette of a cell's box that it covers, by its colours and a gain.
-float alpha_along(
-    const ColorCube& cube, const glm::vec3& size, const glm::vec3& direction, float gain
-) noexcept {
-    glm::vec3 depths(0.0F);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        const auto a = static_cast<int>(axis);
-        depths[a] = optical_depth(cube.faces[face_of(axis, direction[a] < 0.0F)].a);
-    }
-    return oblique_alpha(depths, direction, size, gain);
+/// For a cell with so many rays a side of its faces: all together three times as many as on a face.
+ObliqueCounts counts_of(std::uint32_t side) noexcept {
+    const std::size_t directions = side < kGainEach ? 8 : 32;
+    return {directions, std::max<std::size_t>(3 * std::size_t{side} * side / directions, 6)};
 }
 
 /// Where `grown` is `wanted`, for what grows with its argument: halves [lo, hi] so often.
@@ -124,10 +41,31 @@ float halve_to(float lo, float hi, int times, float wanted, const Function& grow
     return 0.5F * (lo + hi);
 }
 
+/// Covered areas, found and modelled: each direction counts for an axis as the square of its
+/// cosine.
+struct AxisAreas {
+    glm::vec3 found{0.0F};
+    glm::vec3 modelled{0.0F};
+
+    void add(const glm::vec3& direction, float found_area, float modelled_area) noexcept {
+        found += direction * direction * found_area;
+        modelled += direction * direction * modelled_area;
+    }
+    /// With which gains are to be multiplied to come nearer. Areas grow more slowly than gains, so
+    /// a few rounds of it end where both are the same, or cannot be.
+    [[nodiscard]] glm::vec3 factors() const noexcept {
+        constexpr float kNothing = 1e-30F;
+        return glm::clamp((found + kNothing) / (modelled + kNothing), 0.5F, 2.0F);
+    }
+};
+
+/// Rounds after which what is left is a hundredth of what was off, where an area grows by 0.4 of
+/// what the gain does.
+constexpr int kRounds = 8;
+
 /// How a cell looks aslant.
 struct ObliqueLook {
-    float covered = 0.0F; ///< [m^2] summed over the directions of `aim`
-    float gain = 1.0F;    ///< with which its colours cover as much
+    glm::vec3 gains{1.0F}; ///< with which its colours cover as much
     bool sheet = false;
 };
 
@@ -220,6 +158,7 @@ class CellSampler {
     std::vector<SurfaceHit> hits_;
     ObliqueRays oblique_;
     std::vector<SurfaceHit> oblique_hits_;
+    std::vector<float> covered_;
 };
 
 /// Whether all that the rays have met lies about one plane, and hides what is behind it: a carpet
@@ -311,7 +250,8 @@ bool CellSampler::is_sheet_seen() const noexcept {
 
 ObliqueLook CellSampler::look(std::uint32_t cell, const Box3f& box, const ColorCube& cube) {
     const glm::vec3 size = extent(box);
-    aim(cell, box, side_, oblique_);
+    const ObliqueCounts counts = counts_of(side_);
+    aim(cell, box, counts, oblique_);
     oblique_hits_.resize(oblique_.rays.size());
     sampler_->cast(
         item_,
@@ -319,138 +259,42 @@ ObliqueLook CellSampler::look(std::uint32_t cell, const Box3f& box, const ColorC
         std::max({size.x, size.y, size.z}) / static_cast<float>(side_),
         oblique_hits_
     );
-    const std::size_t each = oblique_.rays.size() / kDirections;
-    ObliqueLook result;
+    // [m^2], by direction
+    std::vector<float>& covered = covered_;
+    covered.assign(counts.directions, 0.0F);
     for (std::size_t i = 0; i < oblique_.rays.size(); ++i) {
-        result.covered += oblique_hits_[i].t <= 1.0F ? oblique_.silhouettes[i / each] : 0.0F;
+        covered[i / counts.each] += oblique_hits_[i].t <= 1.0F ? 1.0F : 0.0F;
     }
-    result.covered /= static_cast<float>(each);
-    // On a scale of powers of two.
-    const float power = halve_to(-4.0F, 4.0F, 7, result.covered, [&](float of) {
-        float sum = 0.0F;
-        for (std::size_t i = 0; i < kDirections; ++i) {
-            sum += oblique_.silhouettes[i] *
-                   alpha_along(cube, size, oblique_.directions[i], std::exp2(of));
-        }
-        return sum;
-    });
-    result.gain = std::exp2(power);
-    result.sheet = is_sheet_seen();
-    return result;
-}
-
-bool meets(const SurfaceRay& ray, const Box3f& box) noexcept {
-    float enter = 0.0F;
-    float leave = 1.0F;
-    for (int axis = 0; axis < 3; ++axis) {
-        const float along = ray.along[axis];
-        const float lo = box.lo[axis] - ray.from[axis];
-        const float hi = box.hi[axis] - ray.from[axis];
-        if (along == 0.0F) {
-            leave = lo > 0.0F || hi < 0.0F ? -1.0F : leave;
-            continue;
-        }
-        enter = std::max(enter, std::min(lo / along, hi / along));
-        leave = std::min(leave, std::max(lo / along, hi / along));
+    float all_covered = 0.0F;
+    for (std::size_t i = 0; i < counts.directions; ++i) {
+        covered[i] *= oblique_.silhouettes[i] / static_cast<float>(counts.each);
+        all_covered += covered[i];
     }
-    return enter < leave;
-}
-
-/// What makes up for what colours of single cells do not know: whether what is in cells one behind
-/// the other hides itself more or less than by chance. One factor of the gains for each level: with
-/// it the children of the cells above cover as much as these do. Half of the neighbours of a cell
-/// are under another parent and hide each other as much, so it counts twice.
-/// @param looks by cell; gains change
-void correct_for_order(
-    const ColorCubeTree& tree,
-    const std::vector<CellPlace>& places,
-    const std::vector<std::uint32_t>& rays_a_side,
-    std::vector<ObliqueLook>& looks
-) {
-    constexpr std::size_t kParents = 512; // of a level that are asked
-    std::vector<std::vector<std::uint32_t>> levels(1, {0});
-    for (std::size_t depth = 0; depth < levels.size(); ++depth) {
-        std::vector<std::uint32_t> below;
-        for (const std::uint32_t cell : levels[depth]) {
-            for (std::uint32_t k = 0;
-                 tree.cells[cell].octants != 0 && k < child_count(tree.cells[cell]);
-                 ++k) {
-                below.push_back(tree.cells[cell].first + k);
-            }
-        }
-        if (!below.empty()) {
-            levels.push_back(std::move(below));
-        }
-    }
-    const auto box_of = [&](std::uint32_t cell) {
-        return contents_box(tree.cells[cell], places[cell].lo, places[cell].edge);
+    const auto covered_by = [&](std::size_t i, const glm::vec3& gains) {
+        return oblique_.silhouettes[i] *
+               alpha_along(cube, size, oblique_.directions[i], gains, 1.0F);
     };
-    ObliqueRays rays;
-    std::vector<float> factors;
-    for (std::size_t depth = 0; depth + 1 < levels.size(); ++depth) {
-        std::vector<std::uint32_t> parents;
-        for (const std::uint32_t cell : levels[depth]) {
-            if (tree.cells[cell].octants != 0) {
-                parents.push_back(cell);
-            }
-        }
-        const std::size_t stride = (parents.size() + kParents - 1) / kParents;
-        // Of each ray, one bit for each child that it meets.
-        std::vector<std::uint8_t> met;
-        float wanted = 0.0F;
-        for (std::size_t i = 0; i < parents.size(); i += stride) {
-            const std::uint32_t parent = parents[i];
-            const CubeCell& cell = tree.cells[parent];
-            aim(parent, box_of(parent), rays_a_side[parent], rays);
-            wanted += looks[parent].covered;
-            for (const SurfaceRay& ray : rays.rays) {
-                unsigned mask = 0;
-                for (std::uint32_t k = 0; k < child_count(cell); ++k) {
-                    mask |= meets(ray, box_of(cell.first + k)) ? 1U << k : 0U;
-                }
-                met.push_back(static_cast<std::uint8_t>(mask));
-            }
-        }
-        const float power = halve_to(-1.0F, 1.0F, 8, wanted, [&](float of) {
+    ObliqueLook result;
+    if (side_ < kGainEach) {
+        // On a scale of powers of two.
+        const float power = halve_to(-4.0F, 4.0F, 7, all_covered, [&](float of) {
             float sum = 0.0F;
-            std::size_t next = 0;
-            for (std::size_t i = 0; i < parents.size(); i += stride) {
-                const CubeCell& cell = tree.cells[parents[i]];
-                aim_directions(parents[i], box_of(parents[i]), rays);
-                const std::size_t each = rays_each(rays_a_side[parents[i]]);
-                for (std::size_t direction = 0; direction < kDirections; ++direction) {
-                    std::array<float, 8> passed{};
-                    for (std::uint32_t k = 0; k < child_count(cell); ++k) {
-                        const std::uint32_t child = cell.first + k;
-                        const float gain =
-                            looks[child].gain * (looks[child].sheet ? 1.0F : std::exp2(of));
-                        passed[k] = 1.0F - alpha_along(
-                                               tree.cubes[child],
-                                               extent(box_of(child)),
-                                               rays.directions[direction],
-                                               gain
-                                           );
-                    }
-                    float hidden = 0.0F;
-                    for (std::size_t k = 0; k < each; ++k) {
-                        float through = 1.0F;
-                        for (unsigned rest = met[next++]; rest != 0; rest &= rest - 1) {
-                            through *= passed[static_cast<std::size_t>(std::countr_zero(rest))];
-                        }
-                        hidden += 1.0F - through;
-                    }
-                    sum += rays.silhouettes[direction] * hidden / static_cast<float>(each);
-                }
+            for (std::size_t i = 0; i < counts.directions; ++i) {
+                sum += covered_by(i, glm::vec3(std::exp2(of)));
             }
             return sum;
         });
-        factors.push_back(parents.empty() ? 1.0F : std::exp2(power));
+        result.gains = glm::vec3(std::exp2(power));
     }
-    for (std::size_t depth = 1; depth < levels.size(); ++depth) {
-        for (const std::uint32_t cell : levels[depth]) {
-            looks[cell].gain *= looks[cell].sheet ? 1.0F : factors[depth - 1] * factors[depth - 1];
+    for (int round = 0; side_ >= kGainEach && round < kRounds; ++round) {
+        AxisAreas areas;
+        for (std::size_t i = 0; i < counts.directions; ++i) {
+            areas.add(oblique_.directions[i], covered[i], covered_by(i, result.gains));
         }
+        result.gains = glm::clamp(result.gains * areas.factors(), 1.0F / 16.0F, 16.0F);
     }
+    result.sheet = is_sheet_seen();
+    return result;
 }
 
 void compose_interiors(ColorCubeTree& tree) {
@@ -521,7 +365,7 @@ void color_cells(
     Executor& executor,
     ColorCubeTree& tree
 ) {
-    const std::vector<CellPlace> places = places_of(tree);
+    const std::vector<Box3f> boxes = contents_boxes(tree);
     const std::size_t cells = tree.cells.size();
     tree.light_sets = static_cast<std::uint32_t>(lights.size());
     tree.cubes.assign(cells * lights.size(), {});
@@ -533,11 +377,10 @@ void color_cells(
         const std::size_t end = std::min(cells, (chunk + 1) * kCellsAtOnce);
         for (std::size_t i = chunk * kCellsAtOnce; i < end; ++i) {
             if (tree.cells[i].octants == 0 || !composed_interiors) {
-                const Box3f box = contents_box(tree.cells[i], places[i].lo, places[i].edge);
                 const auto index = static_cast<std::uint32_t>(i);
-                cell_sampler.sample(index, box, &tree.cubes[i], cells);
+                cell_sampler.sample(index, boxes[i], &tree.cubes[i], cells);
                 if (!composed_interiors) {
-                    looks[i] = cell_sampler.look(index, box, tree.cubes[i]);
+                    looks[i] = cell_sampler.look(index, boxes[i], tree.cubes[i]);
                 }
             }
         }
@@ -547,10 +390,9 @@ void color_cells(
         return;
     }
     keep_surfaces(tree, looks);
-    correct_for_order(tree, places, rays_a_side, looks);
     tree.gains.reserve(cells);
     for (const ObliqueLook& look : looks) {
-        tree.gains.push_back(make_gain(look.gain, look.sheet));
+        tree.gains.push_back(make_gain(look.gains, look.sheet));
     }
 }
 

@@ -24,7 +24,7 @@ constexpr std::string_view kMagic = "\x89"
                                     "FFC\r\n\x1a\n";
 constexpr std::uint32_t kByteOrder = 0x01020304;
 constexpr std::uint32_t kOtherByteOrder = 0x04030201;
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kHeaderBytes = 48;
 constexpr std::size_t kChecksumAt = kHeaderBytes - 8;
 /// More than any machine holds, and far from what overflows.
@@ -32,7 +32,10 @@ constexpr std::uint64_t kMaxFileBytes = 1ULL << 44U;
 constexpr bool kLittleEndian = std::endian::native == std::endian::little;
 
 // Elements are copied as they lie in memory, so they must have no gaps.
-static_assert(sizeof(CubeCell) == 8 && sizeof(ColorCube) == 24 && sizeof(CubeGain) == 1);
+static_assert(
+    sizeof(CubeCell) == 8 && sizeof(ColorCube) == 24 && sizeof(CubeGain) == 3 &&
+    sizeof(LevelFactors) == 24
+);
 static_assert(sizeof(CubePrimitives) == 12 && sizeof(ItemId) == 4 && sizeof(CubeReference) == 64);
 
 template <typename T>
@@ -88,11 +91,12 @@ struct Counts {
     std::uint64_t cells = 0;
     std::uint64_t cubes = 0;
     std::uint64_t gains = 0;
+    std::uint64_t level_factors = 0;
     std::uint64_t contents = 0;
     std::uint64_t items = 0;
     std::uint64_t primitives = 0;
 };
-static_assert(sizeof(Counts) == 48);
+static_assert(sizeof(Counts) == 56);
 
 std::string content_of(const ColorCubeModel& model) {
     std::string bytes;
@@ -106,6 +110,7 @@ std::string content_of(const ColorCubeModel& model) {
     for (const ColorCubeTree& tree : model.trees) {
         append(bytes, tree.lo);
         append(bytes, tree.edge);
+        append(bytes, tree.bounds);
         append(bytes, tree.light_sets);
         append(bytes, tree.reference_count);
         append(bytes, tree.overhang);
@@ -115,6 +120,7 @@ std::string content_of(const ColorCubeModel& model) {
             tree.cells.size(),
             tree.cubes.size(),
             tree.gains.size(),
+            tree.level_factors.size(),
             tree.contents.size(),
             tree.items.size(),
             tree.primitives.size()};
@@ -122,6 +128,7 @@ std::string content_of(const ColorCubeModel& model) {
         append(bytes, tree.cells);
         append(bytes, tree.cubes);
         append(bytes, tree.gains);
+        append(bytes, tree.level_factors);
         append(bytes, tree.contents);
         append(bytes, tree.items);
         append(bytes, tree.item_primitives);
@@ -132,11 +139,13 @@ std::string content_of(const ColorCubeModel& model) {
 
 bool take_tree(Reader& reader, ColorCubeTree& tree) {
     Counts counts;
-    return reader.take(tree.lo) && reader.take(tree.edge) && reader.take(tree.light_sets) &&
-           reader.take(tree.reference_count) && reader.take(tree.overhang) &&
-           reader.take(tree.quality.depth) && reader.take(tree.quality.leaves) &&
-           reader.take(counts) && reader.take(tree.cells, counts.cells) &&
-           reader.take(tree.cubes, counts.cubes) && reader.take(tree.gains, counts.gains) &&
+    return reader.take(tree.lo) && reader.take(tree.edge) && reader.take(tree.bounds) &&
+           reader.take(tree.light_sets) && reader.take(tree.reference_count) &&
+           reader.take(tree.overhang) && reader.take(tree.quality.depth) &&
+           reader.take(tree.quality.leaves) && reader.take(counts) &&
+           reader.take(tree.cells, counts.cells) && reader.take(tree.cubes, counts.cubes) &&
+           reader.take(tree.gains, counts.gains) &&
+           reader.take(tree.level_factors, counts.level_factors) &&
            reader.take(tree.contents, counts.contents) && reader.take(tree.items, counts.items) &&
            reader.take(tree.item_primitives, counts.items) &&
            reader.take(tree.primitives, counts.primitives);

@@ -143,6 +143,8 @@ struct ColorCubes::Walk {
         const Frame& frame,
         const ColorCube& cube,
         const CubeGain* gain,
+        const LevelFactors* factors,
+        const glm::vec3& scale,
         const glm::vec3& offset,
         float depth,
         const glm::vec3& size
@@ -244,6 +246,8 @@ void ColorCubes::Walk::show(
     const Frame& frame,
     const ColorCube& cube,
     const CubeGain* gain,
+    const LevelFactors* factors,
+    const glm::vec3& scale,
     const glm::vec3& offset,
     float depth,
     const glm::vec3& size
@@ -268,6 +272,9 @@ void ColorCubes::Walk::show(
     const glm::vec3 areas(size.y * size.z, size.z * size.x, size.x * size.y);
     const glm::vec3 seen = glm::abs(offset) * areas;
     const float sum = seen.x + seen.y + seen.z;
+    if (!(sum > 0.0F)) {
+        return; // what rounding has left no extent
+    }
     MixedColor color = mixed(faces, seen * (1.0F / sum));
     float area = sum / depth;
     if (gain != nullptr && color.alpha() > 0) {
@@ -276,10 +283,17 @@ void ColorCubes::Walk::show(
             self.optical_depths_[faces[1]->a],
             self.optical_depths_[faces[2]->a]
         );
+        const glm::vec3 gains(
+            self.gains_[gain->stored[0] & 0x7FU],
+            self.gains_[gain->stored[1]],
+            self.gains_[gain->stored[2]]
+        );
         const glm::vec3 direction = offset * (1.0F / glm::length(offset));
-        const float alpha =
-            oblique_alpha(depths, direction, size, self.gains_[gain->stored & 0x7FU]);
-        if (self.options_.sheets == CubeSheets::opaque && is_sheet(*gain)) {
+        const bool sheet = is_sheet(*gain);
+        const float factor =
+            factors == nullptr || sheet ? 1.0F : level_factor(*factors, direction, scale);
+        const float alpha = oblique_alpha(depths, direction, size, gains, factor);
+        if (self.options_.sheets == CubeSheets::opaque && sheet) {
             color.set_alpha(1.0F);
             area *= std::sqrt(std::sqrt(alpha)); // see docs/color-cubes.md
         } else {
@@ -433,7 +447,7 @@ void ColorCubes::Walk::tree(
     const std::size_t first_selected = self.plan_.selected.size();
     Visit* const open = self.open_.data();
     std::size_t size = 0;
-    open[size++] = {0, 0, of.lo, of.edge, false};
+    open[size++] = {0, 0, root_range(of), of.lo, of.edge, 0, false};
     while (size > 0) {
         const Visit visit = open[--size];
         const CubeCell& cell = of.cells[visit.cell];
@@ -455,7 +469,7 @@ void ColorCubes::Walk::tree(
                 continue;
             }
         }
-        const Box3f box = contents_box(cell, visit.lo, visit.edge);
+        const Box3f box = contents_box(cell, visit.around, visit.lo, visit.edge);
         const glm::vec3 offset = center(box) - frame.eye;
         const glm::vec3 extents = extent(box);
         const float depth = glm::dot(offset, frame.forward);
@@ -474,7 +488,18 @@ void ColorCubes::Walk::tree(
                 kCubeRead,
                 sizeof(ColorCube) + (gain == nullptr ? 0 : sizeof(CubeGain))
             );
-            show(frame, cubes[visit.cell], gain, offset, depth, extents);
+            const LevelFactors* factors =
+                of.level_factors.empty() ? nullptr : &of.level_factors[visit.depth];
+            show(
+                frame,
+                cubes[visit.cell],
+                gain,
+                factors,
+                self.level_scales_[index],
+                offset,
+                depth,
+                extents
+            );
             continue;
         }
         if (visit.profile != kNowhere && self.options_.never_slower) {
@@ -522,8 +547,10 @@ void ColorCubes::Walk::tree(
             open[size++] = {
                 cell.first + before,
                 first_profile == 0 ? kNowhere : first_profile + before,
+                box,
                 visit.lo + upper * half,
                 half,
+                static_cast<std::uint8_t>(visit.depth + 1),
                 inside};
         }
     }
@@ -546,6 +573,7 @@ ColorCubes::ColorCubes(
     for (std::size_t i = 0; i < model.trees.size(); ++i) {
         profiles_.push_back(profiles_of(i));
         const ColorCubeTree& tree = model.trees[i];
+        level_scales_.push_back(level_scale(tree));
         std::size_t contents = tree.reference_count + tree.items.size();
         for (const CubePrimitives& primitives : tree.primitives) {
             contents += primitives.count;
@@ -566,7 +594,7 @@ ColorCubes::ColorCubes(
         optical_depths_[i] = optical_depth(static_cast<std::uint8_t>(i));
     }
     for (std::size_t i = 0; i < gains_.size(); ++i) {
-        gains_[i] = gain_of({static_cast<std::uint8_t>(i)});
+        gains_[i] = gain_of({{static_cast<std::uint8_t>(i), 0, 0}}).x;
     }
     find_common_tree();
 }

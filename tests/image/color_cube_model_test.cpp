@@ -103,6 +103,21 @@ TEST_CASE("Trees have a place and as many numbers as they say") {
     check_refused({
         {[](auto& m) { m.trees[0].lo.x = kNan; }, "tree 0: lo is nan -1 -1"},
         {[](auto& m) { m.trees[1].edge = 0.0F; }, "tree 1: edge is 0"},
+        {[](auto& m) { m.trees[0].bounds.hi.y = kNan; }, "tree 0: bounds is -1 -1 -1 to 1 nan 1"},
+        {[](auto& m) { m.trees[0].bounds.lo.z = kInfinity; },
+         "tree 0: bounds is -1 -1 inf to 1 1 1"},
+        {[](auto& m) { std::swap(m.trees[0].bounds.lo.x, m.trees[0].bounds.hi.x); },
+         "tree 0: bounds is 1 -1 -1 to -1 1 1"},
+        {[](auto& m) { m.trees[0].level_factors.pop_back(); },
+         "tree 0: the number of level_factors is 1, expected 2"},
+        {[](auto& m) { m.trees[0].level_factors[1][4] = kNan; },
+         "tree 0, level 1: factor 4 is nan"},
+        {[](auto& m) { m.trees[0].level_factors[0][5] = 4.5F; },
+         "tree 0, level 0: factor 5 is 4.5"},
+        {[](auto& m) {
+             m.trees[1].level_factors = {{1, 1, 1, 1, 1, 1}};
+         },
+         "tree 1 has level_factors and no gains"},
         {[](auto& m) { m.trees[1].edge = kNan; }, "tree 1: edge is nan"},
         {[](auto& m) { m.trees[1].edge = kInfinity; }, "tree 1: edge is inf"},
         {[](auto& m) { m.trees[1].edge = 1e-31F; }, "tree 1: edge is 1e-31"},
@@ -193,7 +208,7 @@ TEST_CASE("Colours are as many as cells and premultiplied") {
 
 TEST_CASE("Bytes of a model are those of its arrays") {
     const ColorCubeModel model = hand_made_cubes();
-    CHECK(memory_bytes(model.trees[0]) == 3 * 8 + 6 * 24 + 3 + 6 * 4 + 12);
+    CHECK(memory_bytes(model.trees[0]) == 3 * 8 + 6 * 24 + 3 * 3 + 2 * 24 + 6 * 4 + 12);
     CHECK(memory_bytes(model.trees[1]) == 5 * 8 + 5 * 24 + 7 * 4 + 8 + 2 * 12);
     CHECK(
         memory_bytes(model) ==

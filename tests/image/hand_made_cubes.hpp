@@ -29,7 +29,9 @@ inline ColorCubeModel hand_made_cubes() {
     shape.cells = {{1, 0x81, {0xF0, 0xF0, 0xF0}}, {0, 0, {0xF3, 0x77, 0xE0}}, {3, 0, {}}};
     shape.light_sets = 2;
     shape.cubes = {cube(10), cube(20), cube(30), cube(40), cube(50), cube(60)};
-    shape.gains = {{64}, {0xFF}, {0}};
+    shape.gains = {{{64, 65, 66}}, {{0xFF, 0x7F, 0}}, {{0, 1, 2}}};
+    shape.bounds = {{-1.0F, -1.0F, -1.0F}, {1.0F, 1.0F, 1.0F}};
+    shape.level_factors = {{1.0F, 0.25F, 4.0F, 1.5F, 2.0F, 0.5F}, {1, 1, 1, 1, 1, 1}};
     shape.contents = {0, 1, 2 | kLast, 2, 3, 4 | kLast};
     shape.primitives = {{kNone<ItemId>, 0, 5}};
     shape.quality = {1, 2};

@@ -75,7 +75,7 @@ TEST_CASE("A model is read as it was written, and the same model gives the same 
         bytes.substr(0, 8) == "\x89"
                               "FFC\r\n\x1a\n"
     );
-    CHECK(bytes.substr(kByteOrderAt, 8) == std::string("\x04\x03\x02\x01\x01\0\0\0", 8));
+    CHECK(bytes.substr(kByteOrderAt, 8) == std::string("\x04\x03\x02\x01\x02\0\0\0", 8));
     CHECK(bytes.substr(16, 8) == "\xEF\xCD\xAB\x89\x67\x45\x23\x01");
     std::string sealed = bytes;
     seal(sealed);
@@ -87,9 +87,9 @@ TEST_CASE("A model is read as it was written, and the same model gives the same 
     append(start, std::uint64_t{2});
     const std::string content = unpacked(bytes);
     CHECK(content.substr(0, start.size()) == start);
-    // Model, references; nine numbers of four bytes and six of eight for each tree, and its arrays.
+    // Model, references; 15 numbers of four bytes and seven of eight for each tree, and its arrays.
     CHECK(
-        content.size() == 40 + 2 * 64 + std::size_t{2} * std::size_t{9U * 4U + 48U} +
+        content.size() == 40 + 2 * 64 + std::size_t{2} * std::size_t{15U * 4U + 56U} +
                               memory_bytes(model) - std::size_t{2} * 64
     );
     CHECK(
@@ -143,9 +143,9 @@ TEST_CASE("Other versions and the other byte order are named") {
     TemporaryFolder folder;
     const std::string whole = whole_file(folder);
     std::string bytes = whole;
-    put(bytes, kVersionAt, std::uint32_t{2});
+    put(bytes, kVersionAt, std::uint32_t{1});
     check_message(
-        refusal(folder, bytes), ErrorCode::unsupported, "has version 2 of the format, expected 1"
+        refusal(folder, bytes), ErrorCode::unsupported, "has version 1 of the format, expected 2"
     );
     bytes = whole;
     put(bytes, kByteOrderAt, std::uint32_t{0x04030201});
@@ -184,8 +184,8 @@ TEST_CASE("What a file announces is bounded by its own size") {
     other = content;
     put(other, 32, std::uint64_t{1} << 60U);
     check_message(refusal(folder, repacked(whole, other)), ErrorCode::bad_data, "references");
-    constexpr std::size_t kCellsAt = 40 + 2 * 64 + 9 * 4;
-    for (std::size_t number = 0; number < 6; ++number) {
+    constexpr std::size_t kCellsAt = 40 + 2 * 64 + 15 * 4;
+    for (std::size_t number = 0; number < 7; ++number) {
         other = content;
         put(other, kCellsAt + number * 8, std::uint64_t{1} << 62U);
         check_message(

@@ -55,7 +55,7 @@ class Cell {
     /// The box of the contents, in the frame of the cell. [m]
     [[nodiscard]] Box3d contents() const {
         const ColorCubeTree& tree = model_.trees.front();
-        const Box3f box = contents_box(tree.cells.front(), tree.lo, tree.edge);
+        const Box3f box = contents_boxes(tree).front();
         return {box.lo, box.hi};
     }
 
@@ -174,18 +174,18 @@ double double_alpha(const Cell& cell, const ColorCube& colors, const View& view,
     const glm::dvec3 d = offset / glm::length(offset);
     double density_sq = 0.0;
     double silhouette = 0.0;
-    double fourth = 0.0;
+    const double fourth = glm::dot(d * d, d * d);
+    const double oblique = std::sqrt(1.5 * std::max(0.0, 1.0 - fourth));
     for (int axis = 0; axis < 3; ++axis) {
         const std::size_t face = face_of(static_cast<std::size_t>(axis), offset[axis] < 0.0);
         const double alpha = std::min(static_cast<double>(colors.faces[face].a), 254.5) / 255.0;
-        const double part = std::abs(d[axis]) * -std::log1p(-alpha) / size[axis];
+        const unsigned stored = gain.stored[static_cast<std::size_t>(axis)] & 0x7FU;
+        const double factor = 1.0 + (std::exp2((stored - 64.0) / 16.0) - 1.0) * oblique;
+        const double part = factor * std::abs(d[axis]) * -std::log1p(-alpha) / size[axis];
         density_sq += part * part;
         silhouette += std::abs(d[axis]) / size[axis];
-        fourth += std::pow(d[axis], 4);
     }
-    const double value = std::exp2(((gain.stored & 0x7F) - 64.0) / 16.0);
-    const double factor = 1.0 + (value - 1.0) * 1.5 * (1.0 - fourth);
-    return 1.0 - std::exp(-factor * std::sqrt(density_sq) / silhouette);
+    return 1.0 - std::exp(-std::sqrt(density_sq) / silhouette);
 }
 
 } // namespace
@@ -297,12 +297,12 @@ TEST_CASE("what is transparent all over is not shown") {
     const View view = look_at({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, test_lens(), 160, 120);
     ColorCube colors;
     CHECK_FALSE(Cell(place, {}, 0.0625F, colors).is_shown(view));
-    CHECK_FALSE(Cell(place, {}, 0.0625F, colors, {{127}}).is_shown(view));
-    CHECK_FALSE(Cell(place, {}, 0.0625F, colors, {{0xFF}}).is_shown(view));
+    CHECK_FALSE(Cell(place, {}, 0.0625F, colors, {{{127, 127, 127}}}).is_shown(view));
+    CHECK_FALSE(Cell(place, {}, 0.0625F, colors, {{{0xFF, 127, 127}}}).is_shown(view));
     // One face alone, seen and not.
     colors.faces[face_of(2, true)] = glm::u8vec4(255);
     CHECK(Cell(place, {}, 0.0625F, colors).is_shown(view));
-    CHECK(Cell(place, {}, 0.0625F, colors, {{127}}).is_shown(view));
+    CHECK(Cell(place, {}, 0.0625F, colors, {{{127, 127, 127}}}).is_shown(view));
     std::swap(colors.faces[face_of(2, true)], colors.faces[face_of(2, false)]);
     CHECK_FALSE(Cell(place, {}, 0.0625F, colors).is_shown(view));
 }
@@ -313,7 +313,10 @@ TEST_CASE("with gains alpha is that of an oblique view") {
     for (int i = 0; i < 3000; ++i) {
         const CubeReference place = random_place(random);
         const ColorCube colors = random_colors(random);
-        const CubeGain gain{static_cast<std::uint8_t>(random.below(128))};
+        CubeGain gain;
+        for (std::uint8_t& stored : gain.stored) {
+            stored = static_cast<std::uint8_t>(random.below(128));
+        }
         const Cell cell(place, random_cell(random), 0.0625F, colors, {gain});
         const View view = random_view(place, random);
         const double alpha = 255.0 * double_alpha(cell, colors, view, gain);

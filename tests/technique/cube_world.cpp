@@ -110,7 +110,14 @@ void fill_colors(ColorCubeModel& model, bool gains, Random& random) {
         tree.gains.clear();
         for (std::size_t i = 0; gains && i < tree.cells.size(); ++i) {
             const unsigned sheet = random.below(3) == 0 ? 0x80U : 0U;
-            tree.gains.push_back({static_cast<std::uint8_t>(sheet | (40U + random.below(48)))});
+            CubeGain& gain = tree.gains.emplace_back();
+            for (std::uint8_t& stored : gain.stored) {
+                stored = static_cast<std::uint8_t>(40U + random.below(48));
+            }
+            gain.stored[0] = static_cast<std::uint8_t>(gain.stored[0] | sheet);
+        }
+        if (!gains) {
+            tree.level_factors.clear();
         }
     }
 }
@@ -260,6 +267,8 @@ Hierarchy make_item_hierarchy(std::size_t count) {
 
 std::vector<CellPlace> places_of(const ColorCubeTree& tree) {
     std::vector<CellPlace> places(tree.cells.size());
+    const std::vector<Box3f> boxes = contents_boxes(tree);
+    places[0].contents = boxes[0];
     places[0].lo = tree.lo;
     places[0].edge = tree.edge;
     for (std::uint32_t i = 0; i < places.size(); ++i) {
@@ -268,8 +277,14 @@ std::vector<CellPlace> places_of(const ColorCubeTree& tree) {
             if ((tree.cells[i].octants >> octant & 1U) != 0) {
                 const double half = places[i].edge * 0.5;
                 const glm::dvec3 upper(octant & 1U, octant >> 1U & 1U, octant >> 2U);
-                places[child++] = {
-                    places[i].lo + upper * half, half, i, octant, places[i].depth + 1};
+                places[child] = {
+                    places[i].lo + upper * half,
+                    half,
+                    i,
+                    boxes[child],
+                    octant,
+                    places[i].depth + 1};
+                ++child;
             }
         }
     }
@@ -356,9 +371,7 @@ std::uint32_t CubePlanReader::find_in(
     // Contents are no smaller than a sixteenth of a cell, and cells of these scenes than 0.1 m.
     const double tolerance = 1e-4 / scale;
     const auto fits = [&](std::uint32_t cell) {
-        const Box3f box = contents_box(
-            tree.cells[cell], glm::vec3(places[cell].lo), static_cast<float>(places[cell].edge)
-        );
+        const Box3f& box = places[cell].contents;
         const glm::dvec3 apart = glm::abs(glm::dvec3(farfield::center(box)) - middle);
         const glm::dvec3 larger = glm::abs(glm::dvec3(extent(box)) - size);
         return std::max({apart.x, apart.y, apart.z, larger.x, larger.y, larger.z}) < tolerance;

@@ -76,6 +76,7 @@ struct CellPlace {
     glm::dvec3 lo{0.0}; ///< [m]
     double edge = 0.0;  ///< [m]
     std::uint32_t parent = UINT32_MAX;
+    Box3f contents;
     unsigned octant = 0; ///< of the parent
     unsigned depth = 0;
 };

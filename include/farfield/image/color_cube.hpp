@@ -5,6 +5,7 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -49,44 +50,80 @@ static_assert(sizeof(ColorCube) == 24);
 /// direction; with V the volume and S the silhouette of the box, a ray of that direction is V / S
 /// long in the mean:
 ///
-///     alpha(d) = 1 - exp(-g |(d_a tau_a / e_a)| V / S),   S = sum_a |d_a| V / e_a
-///     g = 1 + (gain - 1) o,                                o = 3/2 (1 - sum_a d_a^4)
+///     alpha(d) = 1 - exp(-F |(f_a d_a tau_a / e_a)| V / S),   S = sum_a |d_a| V / e_a
+///     f_a = 1 + (gain_a - 1) o,                               o = sqrt(3/2 (1 - sum_a d_a^4))
 ///
-/// The gain tells how contents differ from a medium. It is measured such that the covered area is
-/// right in the mean over all directions; along the axes, where o is 0, what was measured there
-/// holds.
+/// The gains tell how contents differ from a medium: they are measured such that the covered area
+/// is right in the mean over directions, and over those near each axis. Along the axes, where o is
+/// 0, what was measured there holds. Beside them o grows with the angle, as the silhouette does.
 /// @param depths tau of the faces seen, by axis (`optical_depth`)
 /// @param direction unit
-/// @param size of the box along the axes, > 0
-/// @param gain > 0
+/// @param size of the box along the axes, >= 0
+/// @param gains by axis, > 0
+/// @param factor F > 0, of all cells of a level (`level_factor`)
 /// @return covered fraction of the silhouette [0, 1]; 1 where no float is between
 [[nodiscard]] inline float oblique_alpha(
-    const glm::vec3& depths, const glm::vec3& direction, const glm::vec3& size, float gain
+    const glm::vec3& depths,
+    const glm::vec3& direction,
+    const glm::vec3& size,
+    const glm::vec3& gains,
+    float factor
 ) noexcept {
-    const glm::vec3 way = glm::abs(direction) / size;
+    // Only ratios of sides count. What rounding has left flat is not quite.
+    const float largest = std::max({size.x, size.y, size.z});
+    const glm::vec3 way = glm::abs(direction) / glm::max(glm::vec3(1e-6F), size / largest);
     const glm::vec3 square = direction * direction;
-    const float factor = 1.0F + (gain - 1.0F) * 1.5F * (1.0F - glm::dot(square, square));
-    const float silhouette = way.x + way.y + way.z; // per volume
-    return 1.0F - std::exp(-factor * glm::length(way * depths) / silhouette);
+    const float oblique = std::sqrt(std::max(0.0F, 1.5F * (1.0F - glm::dot(square, square))));
+    const glm::vec3 factors = 1.0F + (gains - 1.0F) * oblique;
+    const float silhouette = way.x + way.y + way.z; // per volume, in sides of `largest`
+    return 1.0F - std::exp(-factor * glm::length(factors * way * depths) / silhouette);
 }
 
-/// How contents of a cell differ from a medium, in a byte.
+/// What depends on the direction alone, whichever side it comes from: its value along x, y and z,
+/// then that between y and z, z and x, x and y.
+using LevelFactors = std::array<float, 6>;
+inline constexpr float kLeastLevelFactor = 0.25F;
+inline constexpr float kMostLevelFactor = 4.0F;
+
+/// How much each of the six counts along a direction: with u_a = s_a |d_a| / sum_b s_b |d_b|, u_a^2
+/// and 2 u_b u_c, whose sum is 1.
+/// @param direction not 0
+/// @param scale s > 0; the roots of the sides of the tree, upside down: what a carpet looks like
+/// changes most where it is seen at a grazing angle
+[[nodiscard]] inline LevelFactors
+level_weights(const glm::vec3& direction, const glm::vec3& scale) noexcept {
+    const glm::vec3 along = glm::abs(direction) * scale;
+    const glm::vec3 u = along / (along.x + along.y + along.z);
+    return {u.x * u.x, u.y * u.y, u.z * u.z, 2.0F * u.y * u.z, 2.0F * u.z * u.x, 2.0F * u.x * u.y};
+}
+
+/// The factor along a direction: the mean of the six by these weights.
+[[nodiscard]] inline float level_factor(
+    const LevelFactors& factors, const glm::vec3& direction, const glm::vec3& scale
+) noexcept {
+    const LevelFactors weights = level_weights(direction, scale);
+    float sum = 0.0F;
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+        sum += weights[i] * factors[i];
+    }
+    return sum;
+}
+
+/// How contents of a cell differ from a medium, in a byte for each axis.
 struct CubeGain {
-    /// The lower seven bits: 2^((value - 64) / 16), 1/16 to 15.3. The highest one: they are one
-    /// sheet, a part of a surface, that hides what is behind it.
-    std::uint8_t stored = 64;
+    /// The lower seven bits: 2^((value - 64) / 16), 1/16 to 15.3. The highest one of the first:
+    /// they are one sheet, a part of a surface, that hides what is behind it.
+    std::array<std::uint8_t, 3> stored{64, 64, 64};
 
     friend bool operator==(const CubeGain&, const CubeGain&) = default;
 };
+static_assert(sizeof(CubeGain) == 3);
 
-/// @param gain > 0; rounded to the nearest that can be kept
-[[nodiscard]] CubeGain make_gain(float gain, bool sheet) noexcept;
-[[nodiscard]] float gain_of(CubeGain gain) noexcept;
-[[nodiscard]] constexpr bool is_sheet(CubeGain gain) noexcept {
-    return (gain.stored & 0x80U) != 0U;
-}
-[[nodiscard]] constexpr CubeGain with_sheet(CubeGain gain, bool sheet) noexcept {
-    return {static_cast<std::uint8_t>((gain.stored & 0x7FU) | (sheet ? 0x80U : 0U))};
+/// @param gains by axis, > 0; rounded to the nearest that can be kept
+[[nodiscard]] CubeGain make_gain(const glm::vec3& gains, bool sheet) noexcept;
+[[nodiscard]] glm::vec3 gain_of(const CubeGain& gain) noexcept;
+[[nodiscard]] constexpr bool is_sheet(const CubeGain& gain) noexcept {
+    return (gain.stored[0] & 0x80U) != 0U;
 }
 
 } // namespace farfield

@@ -5,6 +5,7 @@
 #include <farfield/image/color_cube.hpp>
 #include <farfield/math/box3.hpp>
 
+#include <glm/common.hpp>
 #include <glm/ext/matrix_float3x3.hpp>
 #include <glm/vec3.hpp>
 
@@ -23,23 +24,38 @@ struct CubeCell {
     std::uint32_t first = 0;
     static constexpr std::uint32_t kNothing = UINT32_MAX;
     std::uint8_t octants = 0; ///< bit i: octant i has contents; none: a leaf
-    /// By axis, in sixteenths of the cell: where its contents begin (low four bits), and where they
-    /// end, less one. Their box is what the colours are of.
+    /// By axis, in sixteenths of where the contents of the parent reach into the cell: where its
+    /// contents begin (low four bits), and where they end, less one. Their box is what the colours
+    /// are of; see `contents_box`.
     std::array<std::uint8_t, 3> extent{0xF0, 0xF0, 0xF0};
 
     friend bool operator==(const CubeCell&, const CubeCell&) = default;
 };
 static_assert(sizeof(CubeCell) == 8);
 
-/// Where the contents of a cell are within it.
+/// What the extent of a cell is told in parts of: its part of a box around it, or a 64th of the
+/// cell where that is less, so that what is flat is not measured in ever smaller parts.
+/// @param around box of the contents of the parent; of a root: `root_range`
 /// @param lo, edge of the cell
 [[nodiscard]] inline Box3f
-contents_box(const CubeCell& cell, const glm::vec3& lo, float edge) noexcept {
-    const float step = edge * (1.0F / 16.0F);
+extent_range(const Box3f& around, const glm::vec3& lo, float edge) noexcept {
+    const glm::vec3 hi = lo + edge;
+    const glm::vec3 first = glm::clamp(around.lo, lo, hi);
+    const glm::vec3 size = glm::max(glm::clamp(around.hi, lo, hi) - first, edge * (1.0F / 64.0F));
+    const glm::vec3 begin = glm::min(first, hi - size);
+    return {begin, begin + size};
+}
+
+/// Where the contents of a cell are.
+/// @param around, lo, edge as `extent_range` has them
+[[nodiscard]] inline Box3f
+contents_box(const CubeCell& cell, const Box3f& around, const glm::vec3& lo, float edge) noexcept {
+    const Box3f range = extent_range(around, lo, edge);
+    const glm::vec3 step = (range.hi - range.lo) * (1.0F / 16.0F);
     const auto& of = cell.extent;
     return {
-        lo + step * glm::vec3(of[0] & 15U, of[1] & 15U, of[2] & 15U),
-        lo + step * glm::vec3((of[0] >> 4U) + 1U, (of[1] >> 4U) + 1U, (of[2] >> 4U) + 1U)};
+        range.lo + step * glm::vec3(of[0] & 15U, of[1] & 15U, of[2] & 15U),
+        range.lo + step * glm::vec3((of[0] >> 4U) + 1U, (of[1] >> 4U) + 1U, (of[2] >> 4U) + 1U)};
 }
 
 /// Children of a cell.
@@ -68,6 +84,7 @@ struct CubePrimitives {
 struct ColorCubeTree {
     glm::vec3 lo{0.0F};          ///< [m] lower corner of the cube around everything
     float edge = 0.0F;           ///< [m] > 0
+    Box3f bounds;                ///< [m] around all contents; empty: as far as known, the cube
     std::vector<CubeCell> cells; ///< cell 0 is the root; never empty
     /// How cells look, by light set and cell: set s of cell c is `cubes[s * cells.size() + c]`.
     std::vector<ColorCube> cubes;
@@ -75,6 +92,9 @@ struct ColorCubeTree {
     /// By cell: see `oblique_alpha`. Empty: colours are as published, and faces are shown as they
     /// are from every direction.
     std::vector<CubeGain> gains;
+    /// By depth below the root: what makes up for how cells of a level hide each other, which is
+    /// not by chance. Sheets do without. Empty: 1.
+    std::vector<LevelFactors> level_factors;
     std::vector<std::uint32_t> contents;
     static constexpr std::uint32_t kLast = 1U << 31U;
     std::uint32_t reference_count = 0;
@@ -121,6 +141,21 @@ struct ColorCubeModel {
 /// Bytes held by the arrays.
 [[nodiscard]] std::uint64_t memory_bytes(const ColorCubeTree& tree) noexcept;
 [[nodiscard]] std::uint64_t memory_bytes(const ColorCubeModel& model) noexcept;
+
+/// What the extent of the root is told in parts of.
+[[nodiscard]] inline Box3f root_range(const ColorCubeTree& tree) noexcept {
+    return is_empty(tree.bounds) ? Box3f{tree.lo, tree.lo + tree.edge} : tree.bounds;
+}
+
+/// By which directions are scaled for `level_factor`: 1 / sqrt(side) of what is around the
+/// contents, in sides of the cube and no less than a 64th.
+[[nodiscard]] inline glm::vec3 level_scale(const ColorCubeTree& tree) noexcept {
+    const glm::vec3 size = extent(root_range(tree)) / tree.edge;
+    return 1.0F / glm::sqrt(glm::clamp(size, 1.0F / 64.0F, 1.0F));
+}
+
+/// Where the contents of all cells are, by cell. [m] in the frame of the tree
+[[nodiscard]] std::vector<Box3f> contents_boxes(const ColorCubeTree& tree);
 
 /// Calls `visit(number)` for each of the contents of a leaf.
 template <typename Visit>

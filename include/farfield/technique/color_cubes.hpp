@@ -105,9 +105,11 @@ class ColorCubes {
     struct Visit {
         std::uint32_t cell = 0;
         std::uint32_t profile = 0; ///< into `Profiles::cells`; none: UINT32_MAX
+        Box3f around;              ///< of the contents of the parent
         glm::vec3 lo{0.0F};
         float edge = 0.0F;
-        bool inside = false; ///< of the frustum
+        std::uint8_t depth = 0; ///< below the root
+        bool inside = false;    ///< of the frustum
     };
 
     /// A leaf of the last tree whose contents are shown, as a link of a list of each reference in
@@ -153,13 +155,14 @@ class ColorCubes {
     const ColorCubeModel* model_;
     ColorCubesOptions options_;
     CulledGeometry geometry_;
-    std::vector<Profiles> profiles_; ///< by tree
+    std::vector<glm::vec3> level_scales_; ///< by tree
+    std::vector<Profiles> profiles_;      ///< by tree
     /// The tree whose references have most of the triangles, and the mean edge of those: what
     /// references are taken to cost before they are looked at.
     std::size_t common_tree_ = 0;
     float common_edge_ = 0.0F;                ///< [m]
     std::array<float, 256> optical_depths_{}; ///< by alpha
-    std::array<float, 128> gains_{};          ///< by `CubeGain::stored`, without its highest bit
+    std::array<float, 128> gains_{};          ///< by a byte of `CubeGain`, without its highest bit
     FramePlan plan_;
     ColorCubesStatistics statistics_;
     /// By tree and number of its contents: whether it is drawn already; all false between walks.
