@@ -32,7 +32,19 @@ constexpr double kReferencesWorthIt = 0.65;
 /// Picking a triangle and handing it over one by one, in triangles.
 constexpr double kSelected = 0.45;
 /// Deepest stack of a walk: seven siblings wait on each level.
-constexpr std::size_t kDeepest = 7 * 21 + 8;
+constexpr std::size_t kLevels = 21;
+constexpr std::size_t kDeepest = 7 * kLevels + 8;
+
+/// The lower corner of each octant, in edges.
+constexpr std::array<glm::vec3, 8> kUpper = {
+    glm::vec3(0, 0, 0),
+    glm::vec3(1, 0, 0),
+    glm::vec3(0, 1, 0),
+    glm::vec3(1, 1, 0),
+    glm::vec3(0, 0, 1),
+    glm::vec3(1, 0, 1),
+    glm::vec3(0, 1, 1),
+    glm::vec3(1, 1, 1)};
 
 constexpr std::array<unsigned, 8> kFarFirst = {7, 6, 5, 3, 4, 2, 1, 0};
 
@@ -149,7 +161,9 @@ struct ColorCubes::Walk {
         float depth,
         const glm::vec3& size
     ) noexcept;
-    void contents(std::size_t index, const Visit& leaf, const CubeReference* reference) noexcept;
+    void contents(
+        std::size_t index, std::uint32_t leaf, const Place& place, const CubeReference* reference
+    ) noexcept;
     [[nodiscard]] bool is_open(const Frame& frame, const glm::vec3& point) const noexcept;
     void everything(std::size_t index, std::uint32_t root, const CubeReference* reference) noexcept;
     void entry(std::size_t index, std::uint32_t number, const CubeReference* reference) noexcept;
@@ -288,11 +302,10 @@ void ColorCubes::Walk::show(
             self.gains_[gain->stored[1]],
             self.gains_[gain->stored[2]]
         );
-        const glm::vec3 direction = offset * (1.0F / glm::length(offset));
         const bool sheet = is_sheet(*gain);
         const float factor =
-            factors == nullptr || sheet ? 1.0F : level_factor(*factors, direction, scale);
-        const float alpha = oblique_alpha(depths, direction, size, gains, factor);
+            factors == nullptr || sheet ? 1.0F : level_factor(*factors, offset, scale);
+        const float alpha = oblique_alpha(depths, offset, size, gains, factor);
         if (self.options_.sheets == CubeSheets::opaque && sheet) {
             color.set_alpha(1.0F);
             area *= std::sqrt(std::sqrt(alpha)); // see docs/color-cubes.md
@@ -302,7 +315,11 @@ void ColorCubes::Walk::show(
     }
     const glm::u8vec4 rounded = color.rounded();
     if (rounded.a != 0) {
-        self.plan_.splats.push_back({center, frame.scale * std::sqrt(area), rounded});
+        // In place: what is put together on the stack first waits for its parts.
+        Splat& splat = self.plan_.splats.emplace_back();
+        splat.center = center;
+        splat.side = frame.scale * std::sqrt(area);
+        splat.color = rounded;
         self.depths_.push_back(depth * frame.scale);
     }
 }
@@ -354,11 +371,11 @@ void ColorCubes::Walk::entry(
 }
 
 void ColorCubes::Walk::contents(
-    std::size_t index, const Visit& leaf, const CubeReference* reference
+    std::size_t index, std::uint32_t leaf, const Place& place, const CubeReference* reference
 ) noexcept {
     ++self.statistics_.leaves;
     const ColorCubeTree& of = self.model_->trees[index];
-    for_each_content(of, of.cells[leaf.cell], [&](std::uint32_t number) {
+    for_each_content(of, of.cells[leaf], [&](std::uint32_t number) {
         if (number >= of.reference_count) {
             entry(index, number, reference);
         } else if (!moves(self.model_->references[number].item)) {
@@ -367,7 +384,7 @@ void ColorCubes::Walk::contents(
                 self.open_references_.push_back(number);
             }
             ++open.open_leaves;
-            self.open_leaves_.push_back({leaf.lo, leaf.edge, open.first_leaf});
+            self.open_leaves_.push_back({place.lo, place.edge, open.first_leaf});
             open.first_leaf = static_cast<std::uint32_t>(self.open_leaves_.size() - 1);
         }
     });
@@ -446,22 +463,28 @@ void ColorCubes::Walk::tree(
         of.cubes.data() + (reference == nullptr ? 0 : reference->light_set) * of.cells.size();
     const std::size_t first_selected = self.plan_.selected.size();
     Visit* const open = self.open_.data();
+    Place* const path = self.path_.data();
     std::size_t size = 0;
-    open[size++] = {0, 0, root_range(of), of.lo, of.edge, 0, false};
+    open[size++] = {0, 0, 0, 0, false};
+    path[0] = {of.lo, of.edge, root_range(of)};
     while (size > 0) {
         const Visit visit = open[--size];
         const CubeCell& cell = of.cells[visit.cell];
         ++self.statistics_.cells;
         count(index, visit.cell, kCellRead, sizeof(CubeCell));
-        const float half = visit.edge * 0.5F;
-        const glm::vec3 middle = visit.lo + half;
+        // Whatever was visited between a cell and its last child is below it.
+        const Place& parent = path[visit.depth];
+        const float edge = visit.depth == 0 ? parent.edge : parent.edge * 0.5F;
+        const glm::vec3 lo = parent.lo + kUpper[visit.octant] * edge;
+        const Box3f box = contents_box(cell, parent.contents, lo, edge);
+        const glm::vec3 middle = lo + edge * 0.5F;
         bool inside = visit.inside;
         if (!inside) {
             inside = true;
             bool outside = false;
             for (std::size_t i = 0; i < frame.planes.size(); ++i) {
                 const float distance = signed_distance(frame.planes[i], middle);
-                const float reach = frame.reach[i] * (visit.edge + 2.0F * of.overhang);
+                const float reach = frame.reach[i] * (edge + 2.0F * of.overhang);
                 outside = outside || distance < -reach;
                 inside = inside && distance >= reach;
             }
@@ -469,7 +492,6 @@ void ColorCubes::Walk::tree(
                 continue;
             }
         }
-        const Box3f box = contents_box(cell, visit.around, visit.lo, visit.edge);
         const glm::vec3 offset = center(box) - frame.eye;
         const glm::vec3 extents = extent(box);
         const float depth = glm::dot(offset, frame.forward);
@@ -508,7 +530,7 @@ void ColorCubes::Walk::tree(
             const bool around = glm::dot(offset, offset) <= radius_sq && profile.first_child != 0;
             const double geometry_s = double{profile.cost} * self.options_.costs.triangle_s;
             if (!around &&
-                cost_s(profiles, profile, visit.edge * frame.scale, depth * frame.scale) >=
+                cost_s(profiles, profile, edge * frame.scale, depth * frame.scale) >=
                     (of.reference_count > 0 ? kReferencesWorthIt : kWorthIt) * geometry_s) {
                 if (visit.cell == 0 && reference == nullptr) {
                     self.statistics_.geometry = true;
@@ -527,7 +549,7 @@ void ColorCubes::Walk::tree(
                 count(index, visit.cell, kContentsRead, contents_bytes(of, cell));
             }
             if (is_open(frame, offset)) {
-                contents(index, visit, reference);
+                contents(index, visit.cell, {lo, edge, box}, reference);
             }
             continue;
         }
@@ -536,6 +558,7 @@ void ColorCubes::Walk::tree(
                                  (frame.eye.z > middle.z ? 4U : 0U);
         const std::uint32_t first_profile =
             visit.profile == kNowhere ? 0 : profiles.cells[visit.profile].first_child;
+        path[visit.depth + 1] = {lo, edge, box};
         // The last to be pushed is the first to be visited.
         for (std::size_t i = 8; i-- > 0;) {
             const unsigned octant = nearest ^ kFarFirst[i];
@@ -543,13 +566,10 @@ void ColorCubes::Walk::tree(
                 continue;
             }
             const auto before = std::uint32_t{kBits[cell.octants & ((1U << octant) - 1U)]};
-            const glm::vec3 upper(octant & 1U, octant >> 1U & 1U, octant >> 2U);
             open[size++] = {
                 cell.first + before,
                 first_profile == 0 ? kNowhere : first_profile + before,
-                box,
-                visit.lo + upper * half,
-                half,
+                static_cast<std::uint8_t>(octant),
                 static_cast<std::uint8_t>(visit.depth + 1),
                 inside};
         }
@@ -568,8 +588,8 @@ ColorCubes::ColorCubes(
     const Hierarchy& hierarchy, const ColorCubeModel& model, const ColorCubesOptions& options
 )
     : hierarchy_(&hierarchy), model_(&model), options_(options), geometry_(hierarchy),
-      drawn_(model.trees.size()), open_(kDeepest), references_(model.references.size()),
-      step_begins_(kDepthSteps + 1) {
+      drawn_(model.trees.size()), open_(kDeepest), path_(kLevels + 1),
+      references_(model.references.size()), step_begins_(kDepthSteps + 1) {
     for (std::size_t i = 0; i < model.trees.size(); ++i) {
         profiles_.push_back(profiles_of(i));
         const ColorCubeTree& tree = model.trees[i];

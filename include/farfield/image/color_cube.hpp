@@ -57,8 +57,8 @@ static_assert(sizeof(ColorCube) == 24);
 /// is right in the mean over directions, and over those near each axis. Along the axes, where o is
 /// 0, what was measured there holds. Beside them o grows with the angle, as the silhouette does.
 /// @param depths tau of the faces seen, by axis (`optical_depth`)
-/// @param direction unit
-/// @param size of the box along the axes, >= 0
+/// @param direction of any length but 0
+/// @param size of the box along the axes, >= 0; without a silhouette it covers 0
 /// @param gains by axis, > 0
 /// @param factor F > 0, of all cells of a level (`level_factor`)
 /// @return covered fraction of the silhouette [0, 1]; 1 where no float is between
@@ -69,14 +69,17 @@ static_assert(sizeof(ColorCube) == 24);
     const glm::vec3& gains,
     float factor
 ) noexcept {
-    // Only ratios of sides count. What rounding has left flat is not quite.
-    const float largest = std::max({size.x, size.y, size.z});
-    const glm::vec3 way = glm::abs(direction) / glm::max(glm::vec3(1e-6F), size / largest);
-    const glm::vec3 square = direction * direction;
+    // V |d_a| / e_a: what of the silhouette a face takes. No side is divided by, as flat ones are
+    // 0.
+    const glm::vec3 areas(size.y * size.z, size.z * size.x, size.x * size.y);
+    const glm::vec3 seen = glm::abs(direction) * areas;
+    const float silhouette = seen.x + seen.y + seen.z;
+    const glm::vec3 square = direction * direction / glm::dot(direction, direction);
     const float oblique = std::sqrt(std::max(0.0F, 1.5F * (1.0F - glm::dot(square, square))));
     const glm::vec3 factors = 1.0F + (gains - 1.0F) * oblique;
-    const float silhouette = way.x + way.y + way.z; // per volume, in sides of `largest`
-    return 1.0F - std::exp(-factor * glm::length(factors * way * depths) / silhouette);
+    return silhouette > 0.0F
+               ? 1.0F - std::exp(-factor * glm::length(factors * seen * depths) / silhouette)
+               : 0.0F;
 }
 
 /// What depends on the direction alone, whichever side it comes from: its value along x, y and z,
@@ -101,12 +104,14 @@ level_weights(const glm::vec3& direction, const glm::vec3& scale) noexcept {
 [[nodiscard]] inline float level_factor(
     const LevelFactors& factors, const glm::vec3& direction, const glm::vec3& scale
 ) noexcept {
-    const LevelFactors weights = level_weights(direction, scale);
-    float sum = 0.0F;
-    for (std::size_t i = 0; i < weights.size(); ++i) {
-        sum += weights[i] * factors[i];
-    }
-    return sum;
+    // Not by an array of weights, which compilers keep in memory.
+    const glm::vec3 along = glm::abs(direction) * scale;
+    const float sum = along.x + along.y + along.z;
+    const float doubled = along.y * along.z * factors[3] + along.z * along.x * factors[4] +
+                          along.x * along.y * factors[5];
+    const float squares = along.x * along.x * factors[0] + along.y * along.y * factors[1] +
+                          along.z * along.z * factors[2];
+    return (squares + 2.0F * doubled) / (sum * sum);
 }
 
 /// How contents of a cell differ from a medium, in a byte for each axis.

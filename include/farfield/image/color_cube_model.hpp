@@ -40,8 +40,8 @@ static_assert(sizeof(CubeCell) == 8);
 [[nodiscard]] inline Box3f
 extent_range(const Box3f& around, const glm::vec3& lo, float edge) noexcept {
     const glm::vec3 hi = lo + edge;
-    const glm::vec3 first = glm::clamp(around.lo, lo, hi);
-    const glm::vec3 size = glm::max(glm::clamp(around.hi, lo, hi) - first, edge * (1.0F / 64.0F));
+    const glm::vec3 first = glm::max(around.lo, lo);
+    const glm::vec3 size = glm::max(glm::min(around.hi, hi) - first, edge * (1.0F / 64.0F));
     const glm::vec3 begin = glm::min(first, hi - size);
     return {begin, begin + size};
 }

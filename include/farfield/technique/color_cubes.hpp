@@ -105,11 +105,16 @@ class ColorCubes {
     struct Visit {
         std::uint32_t cell = 0;
         std::uint32_t profile = 0; ///< into `Profiles::cells`; none: UINT32_MAX
-        Box3f around;              ///< of the contents of the parent
+        std::uint8_t octant = 0;   ///< of the parent
+        std::uint8_t depth = 0;    ///< below the root
+        bool inside = false;       ///< of the frustum
+    };
+
+    /// Where a cell is, and what it holds.
+    struct Place {
         glm::vec3 lo{0.0F};
         float edge = 0.0F;
-        std::uint8_t depth = 0; ///< below the root
-        bool inside = false;    ///< of the frustum
+        Box3f contents;
     };
 
     /// A leaf of the last tree whose contents are shown, as a link of a list of each reference in
@@ -172,6 +177,7 @@ class ColorCubes {
     /// By tree and cell, with `count_bytes`: what of it has been read in this frame.
     std::vector<std::vector<std::uint8_t>> read_;
     std::vector<Visit> open_;                    ///< of the walk through a tree
+    std::vector<Place> path_;                    ///< on each level the parent of what is there
     std::vector<OpenReference> references_;      ///< by reference; closed between walks
     std::vector<std::uint32_t> open_references_; ///< in the order in which they were met
     std::vector<OpenLeaf> open_leaves_;
