@@ -77,13 +77,10 @@ class LevelFitter {
         : tree_(&tree), executor_(&executor),
           counts_{128, std::clamp<std::size_t>(options.shared_rays / 128, 64, 2048)},
           boxes_(contents_boxes(tree)), scale_(level_scale(tree)) {
-        find_neighbours(places);
-        Box3f region = boxes_.front();
-        if (neighbours_.size() > 1) {
-            const glm::vec3 size = extent(region);
-            region = {region.lo - 2.0F * size, region.hi + 2.0F * size};
-        }
-        aim(0, region, counts_, oblique_);
+        const Box3f& box = boxes_.front();
+        const Box3f around{box.lo - 2.0F * extent(box), box.hi + 2.0F * extent(box)};
+        find_neighbours(places, around);
+        aim(0, neighbours_.size() > 1 ? around : box, counts_, oblique_);
         cast(sampler, item);
     }
 
@@ -104,8 +101,8 @@ class LevelFitter {
     }
 
   private:
-    /// The place in the middle of all, first, and those around it.
-    void find_neighbours(std::span<const CubeReference> places) {
+    /// The place in the middle of all, first, and those that reach into a box around it.
+    void find_neighbours(std::span<const CubeReference> places, const Box3f& around) {
         constexpr std::size_t kMost = 32;
         neighbours_.emplace_back();
         if (places.empty()) {
@@ -129,15 +126,29 @@ class LevelFitter {
         const auto end =
             nearest.begin() + static_cast<std::ptrdiff_t>(std::min(nearest.size(), kMost));
         std::partial_sort(nearest.begin(), end, nearest.end(), distance_to(here.translation));
-        neighbours_.clear();
-        for (auto at = nearest.begin(); at != end; ++at) {
+        for (auto at = nearest.begin() + 1; at != end; ++at) {
             Neighbour neighbour;
             neighbour.rotation = glm::transpose(at->rotation) * here.rotation;
             neighbour.matrix = neighbour.rotation * (here.scale / at->scale);
             neighbour.offset =
                 glm::transpose(at->rotation) * (here.translation - at->translation) / at->scale;
-            neighbours_.push_back(neighbour);
+            if (!is_empty(intersect(box_here(neighbour), around))) {
+                neighbours_.push_back(neighbour);
+            }
         }
+    }
+
+    /// Box around what a neighbour shows.
+    [[nodiscard]] Box3f box_here(const Neighbour& neighbour) const noexcept {
+        const Box3f& box = boxes_.front();
+        const glm::mat3 back = glm::inverse(neighbour.matrix);
+        Box3f result;
+        for (unsigned corner = 0; corner < 8; ++corner) {
+            const glm::vec3 upper(corner & 1U, corner >> 1U & 1U, corner >> 2U);
+            const glm::vec3 there = box.lo + upper * extent(box);
+            result = unite(result, back * (there - neighbour.offset));
+        }
+        return result;
     }
 
     /// What share of each silhouette is covered.

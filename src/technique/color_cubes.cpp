@@ -103,9 +103,11 @@ struct MixedColor {
 /// @param weights [0, 1], of sum 1
 MixedColor
 mixed(const std::array<const glm::u8vec4*, 3>& colors, const glm::vec3& weights) noexcept {
-    const auto first = static_cast<std::uint32_t>(std::lround(weights.x * 256.0F));
-    const auto second =
-        std::min(static_cast<std::uint32_t>(std::lround(weights.y * 256.0F)), 256U - first);
+    const auto rounded = [](float weight) {
+        return static_cast<std::uint32_t>(weight * 256.0F + 0.5F);
+    };
+    const std::uint32_t first = rounded(weights.x);
+    const std::uint32_t second = std::min(rounded(weights.y), 256U - first);
     const std::array<std::uint32_t, 3> parts = {first, second, 256U - first - second};
     constexpr std::uint32_t kEven = 0x00FF00FFU;
     MixedColor result;
