@@ -104,7 +104,7 @@ struct MixedColor {
 MixedColor
 mixed(const std::array<const glm::u8vec4*, 3>& colors, const glm::vec3& weights) noexcept {
     const auto rounded = [](float weight) {
-        return static_cast<std::uint32_t>(weight * 256.0F + 0.5F);
+        return (static_cast<std::uint32_t>(weight * 512.0F) + 1U) >> 1U;
     };
     const std::uint32_t first = rounded(weights.x);
     const std::uint32_t second = std::min(rounded(weights.y), 256U - first);
