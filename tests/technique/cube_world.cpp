@@ -202,7 +202,7 @@ CubeWorld make_cube_world(const CubeWorldOptions& options) {
     };
     input.placements = world.placements;
     SerialExecutor executor;
-    auto model = build_color_cubes(input, EmptySampler(), {.rays = 1}, executor);
+    auto model = build_color_cubes(input, EmptySampler(), {.rays = 1, .shared_rays = 0}, executor);
     INFO((model ? "" : model.error().message));
     REQUIRE(model.has_value());
     world.model = std::move(*model);
