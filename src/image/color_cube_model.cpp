@@ -26,6 +26,8 @@ constexpr float kSmallestEdge = 1e-30F;
 /// thousand.
 constexpr float kOrthonormal = 1e-4F;
 constexpr std::uint32_t kNobody = UINT32_MAX;
+/// The highest bit of a gain's first byte tells of a sheet; the others have none.
+constexpr std::uint8_t kMostStored = 0x7F;
 
 std::string text(float value) {
     std::array<char, 32> buffer{};
@@ -319,6 +321,17 @@ class TreeCheck {
                 "the number of gains",
                 std::to_string(tree.gains.size()) + " for " + std::to_string(cells) + " cells"
             );
+        }
+        for (std::size_t i = 0; i < tree.gains.size(); ++i) {
+            for (std::size_t axis = 1; axis < 3; ++axis) {
+                const std::uint8_t stored = tree.gains[i].stored[axis];
+                if (stored > kMostStored) {
+                    return bad(
+                        cell_name(i) + ": gain " + std::to_string(axis) + " is stored as " +
+                        std::to_string(stored) + ", expected at most 127"
+                    );
+                }
+            }
         }
         if (Result<void> checked = check_level_factors(); !checked) {
             return checked;

@@ -31,8 +31,9 @@ constexpr double kWorthIt = 0.9;
 constexpr double kReferencesWorthIt = 0.65;
 /// Picking a triangle and handing it over one by one, in triangles.
 constexpr double kSelected = 0.45;
-/// Deepest stack of a walk: seven siblings wait on each level.
+/// Of the deepest tree that `validate` lets pass, its root included.
 constexpr std::size_t kLevels = 21;
+/// Deepest stack of a walk: seven siblings wait on each level.
 constexpr std::size_t kDeepest = 7 * kLevels + 8;
 
 /// The lower corner of each octant, in edges.

@@ -71,8 +71,8 @@ struct ColorCubeOptions {
     std::uint32_t rays = 4;
     /// Rays of each direction that all leaves of a tree share where that is more: a small tree may
     /// be shown in many places. Twice as many a cell on each level above, up to 64 a side. As many
-    /// again, up to 262144, go through the whole tree (`LevelFactors`). 0: every cell has `rays`.
-    /// [0, 1e9]
+    /// again, but 8192 to 262144, go through the whole tree (`LevelFactors`). 0: every cell has
+    /// `rays`. [0, 1e9]
     std::uint32_t shared_rays = 330'000;
     CubeColors colors = CubeColors::sampled;
     /// Most sets of colours of one prototype: turned items see the light from elsewhere. [1, 64]

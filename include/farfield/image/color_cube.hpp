@@ -117,7 +117,7 @@ level_weights(const glm::vec3& direction, const glm::vec3& scale) noexcept {
 /// How contents of a cell differ from a medium, in a byte for each axis.
 struct CubeGain {
     /// The lower seven bits: 2^((value - 64) / 16), 1/16 to 15.3. The highest one of the first:
-    /// they are one sheet, a part of a surface, that hides what is behind it.
+    /// they are one sheet, a part of a surface, that hides what is behind it. The others have none.
     std::array<std::uint8_t, 3> stored{64, 64, 64};
 
     friend bool operator==(const CubeGain&, const CubeGain&) = default;
