@@ -1,3 +1,4 @@
+#include "image/cube_cells.hpp"
 #include <farfield/image/color_cube_model.hpp>
 
 #include <glm/geometric.hpp>
@@ -5,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
@@ -444,24 +444,15 @@ Result<void> check_items(const ColorCubeModel& model) {
 } // namespace
 
 std::vector<Box3f> contents_boxes(const ColorCubeTree& tree) {
-    struct Place {
-        glm::vec3 lo{0.0F};
-        float edge = 0.0F;
-        Box3f around;
-    };
-    std::vector<Place> places(tree.cells.size());
+    const std::vector<image::CellPlace> places = image::places_of(tree);
     std::vector<Box3f> boxes(tree.cells.size());
-    places[0] = {tree.lo, tree.edge, root_range(tree)};
+    boxes[0] = contents_box(tree.cells[0], root_range(tree), places[0].lo, places[0].edge);
     for (std::size_t i = 0; i < tree.cells.size(); ++i) {
         const CubeCell& cell = tree.cells[i];
-        const Place& place = places[i];
-        boxes[i] = contents_box(cell, place.around, place.lo, place.edge);
-        const float half = place.edge * 0.5F;
-        std::uint32_t child = cell.first;
-        for (unsigned rest = cell.octants; rest != 0; rest &= rest - 1) {
-            const auto octant = static_cast<unsigned>(std::countr_zero(rest));
-            const glm::vec3 upper(octant & 1U, octant >> 1U & 1U, octant >> 2U);
-            places[child++] = {place.lo + upper * half, half, boxes[i]};
+        for (std::uint32_t k = 0; cell.octants != 0 && k < child_count(cell); ++k) {
+            const std::size_t child = cell.first + k;
+            const image::CellPlace& place = places[child];
+            boxes[child] = contents_box(tree.cells[child], boxes[i], place.lo, place.edge);
         }
     }
     return boxes;

@@ -327,6 +327,76 @@ TEST_CASE("Cells are divided while it pays, and hold what reaches into them") {
     }
 }
 
+TEST_CASE("Triangles of a closed surface are in every leaf that they reach into, torn ones in one"
+) {
+    // The faces of a box in squares of two triangles each, which share their edges to the bit. An
+    // odd number of them, so that planes between cells cut through some.
+    constexpr int kSide = 15;
+    const auto make_box = [](double shrunk) {
+        TriangleSoup soup;
+        for (int face = 0; face < 6; ++face) {
+            const int axis = face / 2;
+            const auto corner_at = [&](int u, int v) {
+                glm::dvec3 at(0.0);
+                at[axis] = face % 2 == 0 ? -20.0 : 20.0;
+                at[(axis + 1) % 3] = 40.0 * u / kSide - 20.0;
+                at[(axis + 2) % 3] = 40.0 * v / kSide - 20.0;
+                return at;
+            };
+            for (int i = 0; i < kSide * kSide; ++i) {
+                const int u = i % kSide;
+                const int v = i / kSide;
+                const std::array<glm::dvec3, 4> c = {
+                    corner_at(u, v),
+                    corner_at(u + 1, v),
+                    corner_at(u, v + 1),
+                    corner_at(u + 1, v + 1)};
+                soup.triangles.push_back({c[0], c[1], c[2]});
+                soup.triangles.push_back({c[3], c[2], c[1]});
+            }
+        }
+        for (Triangle3d& triangle : soup.triangles) {
+            const glm::dvec3 middle = (triangle[0] + triangle[1] + triangle[2]) / 3.0;
+            for (glm::dvec3& corner_at : triangle) {
+                corner_at += (middle - corner_at) * shrunk;
+            }
+        }
+        return soup;
+    };
+    for (const bool closed : {true, false}) {
+        TriangleSoup soup = make_box(closed ? 0.0 : 0.01);
+        const ColorCubeModel model =
+            build(soup.input(), EmptySampler(), {.cube_cost = 8.0, .rays = 1});
+        const ColorCubeTree& tree = model.trees[0];
+        std::vector<std::size_t> reached(soup.triangles.size(), 0);
+        std::vector<std::size_t> held(soup.triangles.size(), 0);
+        std::vector<float> smallest(soup.triangles.size(), std::numeric_limits<float>::infinity());
+        for_each_cell(tree, [&](const Place& place) {
+            if (tree.cells[place.cell].octants != 0) {
+                return;
+            }
+            const auto contents = contents_of(tree, tree.cells[place.cell]);
+            for (std::uint32_t i = 0; i < soup.triangles.size(); ++i) {
+                if (overlaps(place.box(), soup.triangles[i])) {
+                    ++reached[i];
+                    smallest[i] = std::min(smallest[i], place.edge);
+                }
+                held[i] += contents.count(i);
+            }
+        });
+        std::size_t in_several = 0;
+        for (std::size_t i = 0; i < soup.triangles.size(); ++i) {
+            const glm::dvec3 sides = extent(bounds(soup.triangles[i]));
+            const bool small = std::max({sides.x, sides.y, sides.z}) <= double{smallest[i]};
+            CAPTURE(i, closed, small, reached[i]);
+            CHECK(held[i] == (closed || !small ? reached[i] : 1));
+            in_several += small && reached[i] > 1 ? 1 : 0;
+        }
+        CHECK(in_several > 50);
+        CHECK((tree.overhang == 0.0F) == closed);
+    }
+}
+
 TEST_CASE("Boxes of contents hold the part of every triangle inside the cell, and little more") {
     TriangleSoup soup = random_soup(500, 3.0, 2);
     const ColorCubeModel model = build(soup.input(), EmptySampler(), {.rays = 1});

@@ -258,7 +258,7 @@ TEST_CASE("Nothing projected is farther off its place than promised") {
     double over_sampling = 0.0;
     std::size_t shown = 0;
     std::size_t own = 0;
-    for (int frame = 0; frame < 30; frame += 2) {
+    for (int frame = 0; frame < 60; ++frame) {
         const View view = view_at_frame(frame);
         REQUIRE(device->backend->execute(sprite->plan(view, {}), *target, sky_clear()).has_value());
         if (sprite->statistics().frame != SpriteFrame::projected) {
@@ -292,5 +292,5 @@ TEST_CASE("Nothing projected is farther off its place than promised") {
     CHECK(shown > own);
     CHECK(shown > 50'000);
     CHECK(farthest > 0.5 * error_px);
-    CHECK(over_sampling > 0.25 * error_px); // texels are not all there is
+    CHECK(over_sampling > 0.5 * error_px); // texels are not all there is
 }
