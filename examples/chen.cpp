@@ -1210,7 +1210,17 @@ Result<void> spikes(const Options& options, Page& page) {
         );
     }
     page.line("");
-    return {};
+    FramePlot times;
+    times.title = "Drawing times with foreseen keyframes";
+    times.value_title = "frame [ms]";
+    for (std::size_t i = 0; i < ways.size(); ++i) {
+        const LodSpriteOptions& way = ways[i].options;
+        const bool chosen = way.predict_frames == kAhead && way.keyframe_margin == 1.0;
+        if (way.predict_frames == 0 || chosen) {
+            times.series.push_back(times_of(ways[i].name, result->contenders[i]));
+        }
+    }
+    return save(options, times, "spikes_times");
 }
 
 /// Needles of a single post, a ninth of the side high.
