@@ -22,6 +22,8 @@
 #include <farfield/image/color_cube.hpp>
 #include <farfield/image/color_cube_model.hpp>
 #include <farfield/image/height_grid.hpp>
+#include <farfield/image/layered_depth_image.hpp>
+#include <farfield/image/layered_warp.hpp>
 #include <farfield/image/picture.hpp>
 #include <farfield/image/position_picture.hpp>
 #include <farfield/image/proxy_pair.hpp>

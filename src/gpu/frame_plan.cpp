@@ -47,6 +47,8 @@ void clear(FramePlan& plan) noexcept {
     plan.selections.clear();
     plan.selected.clear();
     plan.keyframes.clear();
+    plan.layered_updates.clear();
+    plan.layers.clear();
 }
 
 namespace {
@@ -106,6 +108,20 @@ void add_keyframes(const FramePlan& plan, PlanDigest& digest) noexcept {
         digest.add(keyframe.offset_m);
         digest.add(keyframe.max_shift_px);
         digest.add(keyframe.node);
+    }
+}
+
+/// Layered images by their ids: what they hold is no part of a plan.
+void add_layers(const FramePlan& plan, PlanDigest& digest) noexcept {
+    digest.add(std::uint64_t{plan.layered_updates.size()});
+    for (const LayeredUpdate& update : plan.layered_updates) {
+        digest.add(update.action);
+        digest.add(update.image);
+    }
+    digest.add(std::uint64_t{plan.layers.size()});
+    for (const ShownLayers& shown : plan.layers) {
+        digest.add(shown.image);
+        digest.add(shown.node);
     }
 }
 
@@ -184,6 +200,9 @@ std::uint64_t digest(const FramePlan& plan) noexcept {
     }
     if (!plan.keyframes.empty()) {
         add_keyframes(plan, digest);
+    }
+    if (!plan.layered_updates.empty() || !plan.layers.empty()) {
+        add_layers(plan, digest);
     }
     return digest.value();
 }

@@ -67,6 +67,8 @@ const char* kind_name(Command::Kind kind) noexcept {
         return "splats";
     case Command::Kind::cubes:
         return "cubes";
+    case Command::Kind::layers:
+        return "layered images";
     }
     return nullptr;
 }
@@ -134,6 +136,8 @@ Result<void> check_command(const FramePlan& plan, std::size_t pass, std::uint32_
         return within("splats", command.first, command.count, plan.splats.size());
     case Command::Kind::cubes:
         return within("cubes", command.first, command.count, plan.cubes.size());
+    case Command::Kind::layers:
+        return within("layered images", command.first, command.count, plan.layers.size());
     case Command::Kind::projected:
         if (command.keyframe_count == 0 || command.keyframe_count > kMostKeyframes) {
             return refused(

@@ -13,6 +13,7 @@ enum class MeshId : std::uint32_t {};     ///< `Scene::meshes`
 enum class MaterialId : std::uint32_t {}; ///< `Scene::materials`
 enum class TextureId : std::uint32_t {};  ///< `Scene::textures`
 enum class PageId : std::uint32_t {};     ///< image page of a backend
+enum class LayeredImageId : std::uint32_t {}; ///< layered depth image of a backend
 
 /// "None", for every id type.
 template <typename Id>

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <farfield/core/ids.hpp>
+#include <farfield/image/layered_depth_image.hpp>
 #include <farfield/image/region.hpp>
 #include <farfield/math/box3.hpp>
 #include <farfield/math/view.hpp>
@@ -143,6 +144,23 @@ struct Keyframe {
 /// Keyframes that one command may try.
 inline constexpr std::uint32_t kMostKeyframes = 4;
 
+/// A layered depth image to hand to a backend, or to drop, before the passes run. Handing over one
+/// that is there replaces it; dropping one that is not does nothing.
+struct LayeredUpdate {
+    enum class Action : std::uint8_t { create, destroy };
+    Action action = Action::create;
+    LayeredImageId image = kNone<LayeredImageId>;
+    /// Of create: valid as `validate` says, and alive until the plan was executed or the technique
+    /// makes its next one.
+    const LayeredDepthImage* content = nullptr;
+};
+
+/// A layered depth image that is warped to the eye of a pass.
+struct ShownLayers {
+    LayeredImageId image = kNone<LayeredImageId>;
+    std::uint32_t node = UINT32_MAX; ///< as `ImageQuad::node`
+};
+
 /// What to draw next within a pass, in order.
 struct Command {
     enum class Kind : std::uint8_t {
@@ -158,11 +176,14 @@ struct Command {
         /// As geometry, each fragment in the colour of the first of the command's keyframes that
         /// sees it, and in its own if none does. What geometry cuts out stays cut out.
         projected,
+        /// The samples of layered depth images: each covers what a `Splat` at its point covers that
+        /// is opaque and as large as `image/layered_warp.hpp` says; depth tested and written.
+        layers,
     };
     static constexpr std::uint32_t kNoClip = UINT32_MAX;
 
     Kind kind = Kind::geometry;
-    std::uint32_t first = 0; ///< into `items`, `quads`, `splats` or `cubes`
+    std::uint32_t first = 0; ///< into `items`, `quads`, `splats`, `cubes` or `layers`
     std::uint32_t count = 0;
     std::uint32_t first_piece = 0; ///< into `pieces`; geometry, mask and projected only
     std::uint32_t piece_count = 0;
@@ -223,11 +244,12 @@ struct Pass {
 /// All that one frame needs, as plain data: executed, recorded, printed, compared, or handed to an
 /// engine's own renderer. Made by a technique's `plan()`.
 ///
-/// Order: `pages` first, then `passes` as listed. Image passes clear their scissor to transparent
-/// black and depth to far; the frame pass, the last, clears as the target says. A pass never
-/// samples the page it writes, and every image it samples was copied in an earlier batch or plan.
-/// All passes of a batch write one page. A pass's viewport has the size of its view and lies inside
-/// its target. The page of a keyframe that a pass projects is copied to by no pass of its batch.
+/// Order: `pages` and `layered_updates` first, then `passes` as listed. Image passes clear their
+/// scissor to transparent black and depth to far; the frame pass, the last, clears as the target
+/// says. A pass never samples the page it writes, and every image it samples was copied in an
+/// earlier batch or plan. All passes of a batch write one page. A pass's viewport has the size of
+/// its view and lies inside its target. The page of a keyframe that a pass projects is copied to by
+/// no pass of its batch.
 struct FramePlan {
     /// Whose pages these are: plans of several caches may go to one backend, and page ids are per
     /// cache.
@@ -246,6 +268,8 @@ struct FramePlan {
     std::vector<Selection> selections;
     std::vector<std::uint32_t> selected; ///< primitive numbers of `selections`
     std::vector<Keyframe> keyframes;
+    std::vector<LayeredUpdate> layered_updates; ///< carried out with `pages`
+    std::vector<ShownLayers> layers;
 };
 
 /// Empties a plan and keeps its storage.

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <farfield/core/executor.hpp>
+#include <farfield/image/layered_depth_image.hpp>
+#include <farfield/math/view.hpp>
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace farfield {
+
+/// How samples of a layered depth image look from another eye: worked out in double once for an
+/// image and a view, and said alike by all that warp.
+///
+/// A sample (x, y, depth, extent) is seen at (X / W, Y / W) [px from the lower left corner of the
+/// view's window], `z` along the view direction, as a square with sides of `side`:
+///
+///     (X, Y, W) = columns[0] x + columns[1] y + columns[2] depth + columns[3]
+///     z = W / (inverse_step depth + inverse_far)  [m]
+///     side = extent size / W                      [px]
+///
+/// It covers the pixels whose centres are inside of the square, its left and lower edges included.
+/// What is not before the near plane and behind the far one of the view is not drawn.
+struct LayeredTerms {
+    glm::mat4x3 columns{0.0F};
+    float inverse_step = 0.0F; ///< [1/m] a step of depth
+    float inverse_far = 0.0F;  ///< [1/m] of step 0
+    float size = 0.0F;
+    float near_distance = 0.0F; ///< [m] of the view
+    float far_distance = 0.0F;  ///< [m]
+};
+
+/// @par Cost constant, some 100 operations
+[[nodiscard]] LayeredTerms layered_terms(const LayeredDepthImage& image, const View& view) noexcept;
+
+/// What warping gives: colours and depths, rows from below.
+struct WarpedLayers {
+    std::int32_t width = 0;
+    std::int32_t height = 0;
+    std::vector<glm::vec<4, std::uint8_t>> colors; ///< alpha 0 where nothing is
+    std::vector<float> depths;          ///< [m] along the view direction; infinite where nothing is
+    std::vector<std::uint32_t> samples; ///< which one is shown, `UINT32_MAX`: none; or empty
+};
+
+/// Warps layered depth images on the processor, without a depth buffer: texels are visited in the
+/// order of McMillan, so that what is farther is drawn first.
+class LayeredWarper {
+  public:
+    LayeredWarper();
+    ~LayeredWarper();
+    LayeredWarper(LayeredWarper&&) noexcept;
+    LayeredWarper& operator=(LayeredWarper&&) noexcept;
+
+    /// @param executor shares the work; the result does not depend on it
+    /// @param keep_samples fills `WarpedLayers::samples`
+    /// @pre validate(image), validate(view)
+    /// @par Cost linear in samples, texels and pixels; allocates nothing once warm
+    void warp(
+        const LayeredDepthImage& image,
+        const View& view,
+        Executor& executor,
+        WarpedLayers& warped,
+        bool keep_samples = false
+    ) noexcept;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace farfield
