@@ -325,6 +325,31 @@ Result<void> check_keyframes(const FramePlan& plan) {
     return {};
 }
 
+std::string image_name(LayeredImageId image) {
+    return "layered image " + std::to_string(index_of(image));
+}
+
+Result<void> check_layered_updates(const FramePlan& plan) {
+    for (std::size_t i = 0; i < plan.layered_updates.size(); ++i) {
+        const LayeredUpdate& update = plan.layered_updates[i];
+        const auto refused = [&](const std::string& what) {
+            return invalid("layered update " + std::to_string(i) + " " + what);
+        };
+        if (update.action > LayeredUpdate::Action::destroy) {
+            return refused(
+                "has unknown action " + std::to_string(static_cast<unsigned>(update.action))
+            );
+        }
+        if (update.image == kNone<LayeredImageId>) {
+            return refused("names no image");
+        }
+        if (update.action == LayeredUpdate::Action::create && update.content == nullptr) {
+            return refused("creates " + image_name(update.image) + " of nothing");
+        }
+    }
+    return {};
+}
+
 Result<void> check_pass(const FramePlan& plan, std::size_t index) {
     const Pass& pass = plan.passes[index];
     const bool frame = pass.page == kNone<PageId>;
@@ -426,6 +451,9 @@ Result<void> check_structure(const FramePlan& plan) {
         return valid;
     }
     if (Result<void> valid = check_cubes(plan); !valid) {
+        return valid;
+    }
+    if (Result<void> valid = check_layered_updates(plan); !valid) {
         return valid;
     }
     return check_keyframes(plan);
@@ -580,6 +608,33 @@ Result<void> check_page(const PageUpdate& update, std::int32_t largest, std::int
         );
     }
     return {};
+}
+
+Result<void> check_layered_update(const LayeredUpdate& update) {
+    if (update.action == LayeredUpdate::Action::destroy) {
+        return {};
+    }
+    if (Result<void> valid = validate(*update.content); !valid) {
+        return invalid(image_name(update.image) + ": " + valid.error().message);
+    }
+    return {};
+}
+
+Result<void> check_shown_layers(
+    const FramePlan& plan, std::size_t pass, std::uint32_t command, std::uint32_t shown, bool exists
+) {
+    if (exists) {
+        return {};
+    }
+    return invalid(
+        pass_name(pass) + ", command " + std::to_string(command) + ": layers[" +
+        std::to_string(shown) + "] shows " + image_name(plan.layers[shown].image) +
+        ", which does not exist"
+    );
+}
+
+std::uint64_t layered_bytes(const LayeredDepthImage& image) noexcept {
+    return memory_bytes(image) - std::uint64_t{image.points.size()} * sizeof(PositionTexel);
 }
 
 Result<void> check_target(

@@ -18,6 +18,11 @@ PlanWork work_of(const FramePlan& plan, std::span<const std::uint64_t> item_prim
                 work.image_quads += shown ? command.count : 0U;
                 continue;
             }
+            if (command.kind == Command::Kind::layers) {
+                work.draws += command.count;
+                work.layered_images += command.count;
+                continue;
+            }
             if (!draws_geometry(command)) {
                 const bool splats = command.kind == Command::Kind::splats;
                 ++work.draws;

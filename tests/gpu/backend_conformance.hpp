@@ -1,8 +1,10 @@
 #pragma once
 
 #include "gpu/hand_made_plan.hpp"
+#include "gpu/layered_scene.hpp"
 #include "support/small_scene.hpp"
 #include <farfield/gpu/backend.hpp>
+#include <farfield/gpu/plan_rules.hpp>
 #include <farfield/technique/culled_geometry.hpp>
 #include <farfield/technique/image_cache.hpp>
 
@@ -444,6 +446,135 @@ inline void check_keyframes(Backend& backend) {
     refused("a page of the same batch", [](FramePlan& plan) { plan.passes[0].first_command = 1; });
     refused("a view without a lens", [](FramePlan& plan) {
         plan.keyframes[0].view.lens.near_distance = 0.0;
+    });
+}
+
+/// Layered depth images come and go, each cache has its own.
+inline void check_layered_images(Backend& backend) {
+    const std::int32_t samples = std::min(4, backend.limits().samples);
+    const auto made = backend.create_target(kFrameSize, kFrameSize, 1);
+    const auto several = backend.create_target(kFrameSize, kFrameSize, samples);
+    REQUIRE(made.has_value());
+    REQUIRE(several.has_value());
+    const TargetId target = *made;
+    const LayeredDepthImage image = flat_layers(5.0, {200, 100, 0, 255});
+    const LayeredDepthImage smaller = flat_layers(6.0, {0, 100, 0, 255}, kFrameSize / 2);
+    const LayeredDepthImage nothing = make_layers(empty_layers(), {});
+    CHECK(backend.image_bytes() == 0);
+    for (const LayeredDepthImage* content : {&image, &smaller, &nothing, &image}) {
+        // Replaced, not added.
+        require_executed(backend, plan_with_layers(*content), target);
+        CHECK(backend.image_bytes() == gpu::layered_bytes(*content));
+        require_executed(backend, plan_showing_layers(), target);
+        require_executed(backend, plan_showing_layers(), *several);
+    }
+    // They belong to a cache.
+    FramePlan other = plan_showing_layers();
+    other.cache = 7;
+    const auto shown = backend.execute(other, target, {});
+    REQUIRE_FALSE(shown.has_value());
+    CHECK(shown.error().code == ErrorCode::invalid_argument);
+    other = plan_with_layers(smaller);
+    other.cache = 7;
+    require_executed(backend, other, target);
+    CHECK(backend.image_bytes() == gpu::layered_bytes(image) + gpu::layered_bytes(smaller));
+
+    // One that is not there may be dropped, and one made and dropped by the same plan.
+    FramePlan drop = plan_with_item();
+    drop.layered_updates = {
+        {.action = LayeredUpdate::Action::destroy, .image = kLayeredImage},
+        {.action = LayeredUpdate::Action::destroy, .image = LayeredImageId{99}},
+        {.image = LayeredImageId{4}, .content = &image},
+        {.action = LayeredUpdate::Action::destroy, .image = LayeredImageId{4}}};
+    require_executed(backend, drop, target);
+    CHECK(backend.image_bytes() == gpu::layered_bytes(smaller));
+    drop.cache = 7;
+    require_executed(backend, drop, target);
+    CHECK(backend.image_bytes() == 0);
+    check_refused(backend, target, "an image that was dropped", plan_showing_layers());
+
+    // Twice in one command, among geometry, and in an image with depth.
+    FramePlan plan = plan_with_depths(QuadDepth::texel);
+    plan.pages[0].samples = samples;
+    plan.layered_updates = plan_with_layers(image).layered_updates;
+    plan.layers = {plan_showing_layers().layers[0], plan_showing_layers().layers[0]};
+    plan.commands[0].kind = Command::Kind::layers;
+    plan.commands[0].count = 2;
+    for (int i = 0; i < 2; ++i) {
+        plan.commands.push_back(items_command(0, 1));
+        plan.commands.push_back(plan.commands[0]);
+    }
+    plan.passes[1].command_count += 4;
+    require_executed(backend, plan, target);
+    require_executed(backend, plan, *several);
+}
+
+/// Plans with layered depth images that are wrong.
+inline void check_wrong_layers(Backend& backend) {
+    const auto made = backend.create_target(kFrameSize, kFrameSize, 1);
+    REQUIRE(made.has_value());
+    const LayeredDepthImage image = flat_layers(5.0, {200, 100, 0, 255});
+    const auto refused = [&](const char* what, const std::function<void(FramePlan&)>& damage) {
+        FramePlan plan = plan_with_layers(image);
+        damage(plan);
+        check_refused(backend, *made, what, plan);
+    };
+    refused("an image that does not exist", [](FramePlan& plan) {
+        plan.layers[0].image = LayeredImageId{8};
+    });
+    refused("no image", [](FramePlan& plan) { plan.layers[0].image = kNone<LayeredImageId>; });
+    refused("layers out of range", [](FramePlan& plan) { plan.commands[0].count = 2; });
+    refused("layers far out of range", [](FramePlan& plan) {
+        plan.commands[0].first = UINT32_MAX;
+    });
+    refused("an image of nothing", [](FramePlan& plan) {
+        plan.layered_updates[0].content = nullptr;
+    });
+    refused("an image without an id", [](FramePlan& plan) {
+        plan.layered_updates[0].image = kNone<LayeredImageId>;
+    });
+    refused("an unknown action", [](FramePlan& plan) {
+        plan.layered_updates[0].action = static_cast<LayeredUpdate::Action>(2);
+    });
+    refused("layers with pieces", [](FramePlan& plan) {
+        plan.pieces = {{ItemId{0}, 0, 1}};
+        plan.commands[0].piece_count = 1;
+    });
+    refused("clipped layers", [](FramePlan& plan) {
+        plan.clips = {{glm::vec3(-1.0F), glm::vec3(1.0F)}};
+        plan.commands[0].clip = 0;
+    });
+    refused("layers at the depth of planes", [](FramePlan& plan) {
+        plan.commands[0].depth = QuadDepth::plane;
+    });
+    refused("layers with keyframes", [](FramePlan& plan) { plan.commands[0].keyframe_count = 1; });
+    const auto damaged_content = [&](const char* what,
+                                     const std::function<void(LayeredDepthImage&)>& damage) {
+        LayeredDepthImage wrong = image;
+        damage(wrong);
+        check_refused(backend, *made, what, plan_with_layers(wrong));
+    };
+    damaged_content("a view without a lens", [](LayeredDepthImage& wrong) {
+        wrong.view.lens.near_distance = 0.0;
+    });
+    damaged_content("depths that are none", [](LayeredDepthImage& wrong) {
+        wrong.far_depth = wrong.near_depth;
+    });
+    damaged_content("samples that are missing", [](LayeredDepthImage& wrong) {
+        wrong.samples.pop_back();
+    });
+    damaged_content("a count too many", [](LayeredDepthImage& wrong) { ++wrong.counts[5]; });
+    damaged_content("rows that are missing", [](LayeredDepthImage& wrong) {
+        wrong.rows.pop_back();
+    });
+    damaged_content("a row that begins nowhere", [](LayeredDepthImage& wrong) {
+        wrong.rows[3] = UINT32_MAX;
+    });
+    damaged_content("a sample in another texel", [](LayeredDepthImage& wrong) {
+        wrong.samples[7].y = UINT16_MAX;
+    });
+    damaged_content("fewer points than samples", [](LayeredDepthImage& wrong) {
+        wrong.points.resize(3);
     });
 }
 

@@ -32,7 +32,7 @@ class Backend {
     virtual ~Backend() = default;
 
     /// Draws a plan into `target`. Each plan of a technique is executed once, in order. After an
-    /// error the pages are in no defined state: tell the technique (`forget_images`).
+    /// error the images are in no defined state: tell the technique (`forget_images`).
     [[nodiscard]] virtual Result<void>
     execute(const FramePlan& plan, TargetId target, const FrameClear& clear) noexcept = 0;
 
@@ -64,10 +64,11 @@ class Backend {
     /// Name of the device, for reports.
     [[nodiscard]] virtual std::string device() const = 0;
 
-    /// Bytes of all pages as allocated, with depth and samples.
+    /// Bytes of all pages as allocated, with depth and samples, and of all layered images.
     [[nodiscard]] virtual std::uint64_t image_bytes() const noexcept = 0;
 
-    /// Bytes that positions take beside the colours of all pages: 0 where none are kept.
+    /// Bytes that positions take beside the colours of all pages and layered images: 0 where none
+    /// are kept.
     [[nodiscard]] virtual std::uint64_t position_bytes() const noexcept = 0;
 };
 

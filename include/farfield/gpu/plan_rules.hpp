@@ -23,13 +23,15 @@ namespace farfield::gpu {
 /// - places, sides and edges of splats and cubes are finite, sides and edges not negative, their
 ///   colours premultiplied (no channel exceeds alpha), and the axes of a cube a frame of the plan;
 /// - a keyframe has a valid view of the size of its source, depths in order, and an offset and a
-///   shift that are not negative; only the shift may be infinite.
+///   shift that are not negative; only the shift may be infinite;
+/// - layered updates name an image, and those that create one have a content.
 ///
 /// A backend that checks this, and what it looks up anyway, reads nothing out of range. The rest
 /// of the rules is checked by `NullBackend`.
 /// @return an error that names the pass, the command and the value
-/// @par Cost linear in passes, commands, selections, splats, cubes and keyframes, and for every
-/// command of projected geometry in the passes of its batch; allocates only for an error
+/// @par Cost linear in passes, commands, selections, splats, cubes, keyframes and layered updates,
+/// and for every command of projected geometry in the passes of its batch; allocates only for an
+/// error
 [[nodiscard]] Result<void> check_structure(const FramePlan& plan);
 
 /// What a backend knows of a page that exists.
@@ -92,6 +94,25 @@ struct PageFacts {
 /// @return `invalid_argument` for what no backend can make, `unsupported` beyond these limits
 [[nodiscard]] Result<void>
 check_page(const PageUpdate& update, std::int32_t largest, std::int32_t most_samples);
+
+/// Checks a layered depth image that is to be handed over: all that `validate` checks, so that
+/// warping it reads nothing out of range.
+/// @pre check_structure(plan) of the update's plan
+/// @return an error that names the image and what is wrong with it
+/// @par Cost linear in texels and samples of an image that is created
+[[nodiscard]] Result<void> check_layered_update(const LayeredUpdate& update);
+
+/// Checks one layered image that a command shows: it exists.
+/// @param pass, command, shown indices that the error names; the last into `FramePlan::layers`
+/// @return an error that names the pass, the command, the element and the image
+/// @par Cost constant; allocates only for an error
+[[nodiscard]] Result<void> check_shown_layers(
+    const FramePlan& plan, std::size_t pass, std::uint32_t command, std::uint32_t shown, bool exists
+);
+
+/// Bytes of a layered depth image as `Backend::image_bytes` counts them, on every device alike: its
+/// samples, counts and rows. Points count as positions.
+[[nodiscard]] std::uint64_t layered_bytes(const LayeredDepthImage& image) noexcept;
 
 /// Checks a target that is to be made, likewise. The largest is 16384 pixels a side.
 [[nodiscard]] Result<void> check_target(

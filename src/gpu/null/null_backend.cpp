@@ -24,6 +24,14 @@ struct NullPage : gpu::PageFacts {
     std::vector<Region> images; ///< copied as a whole, disjoint, ordered by y, then x
 };
 
+struct NullLayers {
+    std::uint32_t cache = 0;
+    LayeredImageId id = kNone<LayeredImageId>;
+    std::uint64_t bytes = 0;
+    std::uint64_t point_bytes = 0;
+    bool made = true; ///< false after an error: it has to be handed over once more
+};
+
 struct NullTarget {
     std::int32_t width = 0; ///< [px] 0: destroyed
     std::int32_t height = 0;
@@ -86,6 +94,7 @@ struct NullBackend::Impl {
     bool runs_known = false;
     Limits limits;
     std::vector<NullPage> pages;
+    std::vector<NullLayers> layered;
     std::vector<NullTarget> targets; ///< TargetId is the position plus one
     std::vector<std::uint32_t> by_row;
     std::vector<std::uint32_t> in_order; ///< primitives of a selection
@@ -98,6 +107,12 @@ struct NullBackend::Impl {
         });
         return found == pages.end() ? nullptr : &*found;
     }
+    [[nodiscard]] NullLayers* find(std::uint32_t cache, LayeredImageId id) noexcept {
+        const auto found = std::find_if(layered.begin(), layered.end(), [&](const NullLayers& of) {
+            return of.cache == cache && of.id == id;
+        });
+        return found == layered.end() ? nullptr : &*found;
+    }
     [[nodiscard]] const NullTarget* target(TargetId id) const noexcept {
         const std::size_t index = index_of(id);
         const bool exists = index >= 1 && index <= targets.size() && targets[index - 1].width > 0;
@@ -107,6 +122,7 @@ struct NullBackend::Impl {
     [[nodiscard]] Result<void> run(const FramePlan& plan, const NullTarget& frame);
     [[nodiscard]] Result<void> check_numbers(const FramePlan& plan) const;
     [[nodiscard]] Result<void> update_page(std::uint32_t cache, const PageUpdate& update);
+    [[nodiscard]] Result<void> update_layers(std::uint32_t cache, const LayeredUpdate& update);
     [[nodiscard]] Result<void>
     check_pass(const FramePlan& plan, std::size_t pass, const NullTarget& frame);
     [[nodiscard]] Result<void>
@@ -118,6 +134,8 @@ struct NullBackend::Impl {
     check_keyframes(const FramePlan& plan, std::size_t pass, std::uint32_t command);
     [[nodiscard]] Result<void>
     check_images(const FramePlan& plan, std::size_t pass, std::uint32_t command);
+    [[nodiscard]] Result<void>
+    check_layers(const FramePlan& plan, std::size_t pass, std::uint32_t command);
     [[nodiscard]] Result<void>
     check_disjoint(const FramePlan& plan, std::size_t first, std::size_t last);
     void copy(const FramePlan& plan, const Pass& pass);
@@ -175,6 +193,27 @@ Result<void> NullBackend::Impl::update_page(std::uint32_t cache, const PageUpdat
     page->scratch = update.scratch;
     page->depth = update.depth;
     page->images.clear();
+    return {};
+}
+
+Result<void> NullBackend::Impl::update_layers(std::uint32_t cache, const LayeredUpdate& update) {
+    if (Result<void> valid = gpu::check_layered_update(update); !valid) {
+        return valid;
+    }
+    NullLayers* image = find(cache, update.image);
+    if (update.action == LayeredUpdate::Action::destroy) {
+        if (image != nullptr) {
+            std::swap(*image, layered.back());
+            layered.pop_back();
+        }
+        return {};
+    }
+    if (image == nullptr) {
+        image = &layered.emplace_back();
+    }
+    const LayeredDepthImage& content = *update.content;
+    const std::uint64_t bytes = gpu::layered_bytes(content);
+    *image = {cache, update.image, bytes, memory_bytes(content) - bytes};
     return {};
 }
 
@@ -354,6 +393,19 @@ Result<void> NullBackend::Impl::check_images(
 }
 
 Result<void>
+NullBackend::Impl::check_layers(const FramePlan& plan, std::size_t pass, std::uint32_t index) {
+    const Command& command = plan.commands[index];
+    for (std::uint32_t i = command.first; i < command.first + command.count; ++i) {
+        const NullLayers* image = find(plan.cache, plan.layers[i].image);
+        const bool exists = image != nullptr && image->made;
+        if (Result<void> valid = gpu::check_shown_layers(plan, pass, index, i, exists); !valid) {
+            return valid;
+        }
+    }
+    return {};
+}
+
+Result<void>
 NullBackend::Impl::check_pass(const FramePlan& plan, std::size_t index, const NullTarget& frame) {
     const Pass& pass = plan.passes[index];
     if (Result<void> valid = gpu::check_places(
@@ -376,6 +428,8 @@ NullBackend::Impl::check_pass(const FramePlan& plan, std::size_t index, const Nu
             if (valid) {
                 valid = check_keyframes(plan, index, command);
             }
+        } else if (plan.commands[command].kind == Command::Kind::layers) {
+            valid = check_layers(plan, index, command);
         }
         if (!valid) {
             return valid;
@@ -435,6 +489,11 @@ Result<void> NullBackend::Impl::run(const FramePlan& plan, const NullTarget& fra
             return updated;
         }
     }
+    for (const LayeredUpdate& update : plan.layered_updates) {
+        if (Result<void> updated = update_layers(plan.cache, update); !updated) {
+            return updated;
+        }
+    }
     for (std::size_t first = 0; first < plan.passes.size();) {
         std::size_t last = first;
         while (last < plan.passes.size() && plan.passes[last].batch == plan.passes[first].batch) {
@@ -489,6 +548,9 @@ Result<void> NullBackend::execute(
                 page.images.clear();
             }
         }
+        for (NullLayers& image : impl_->layered) {
+            image.made = image.made && image.cache != plan.cache;
+        }
         return run;
     }
     const PlanWork work = work_of(plan, impl_->item_primitives);
@@ -499,6 +561,7 @@ Result<void> NullBackend::execute(
     impl_->total.image_texels += work.image_texels;
     impl_->total.splats += work.splats;
     impl_->total.cubes += work.cubes;
+    impl_->total.layered_images += work.layered_images;
     ++impl_->plans;
     return {};
 }
@@ -548,15 +611,22 @@ std::uint64_t NullBackend::image_bytes() const noexcept {
     for (const NullPage& page : impl_->pages) {
         bytes += gpu::page_bytes(page, page.samples);
     }
+    for (const NullLayers& image : impl_->layered) {
+        bytes += image.bytes;
+    }
     return bytes;
 }
 
 std::uint64_t NullBackend::position_bytes() const noexcept {
-    std::uint64_t texels = 0;
+    std::uint64_t bytes = 0;
     for (const NullPage& page : impl_->pages) {
-        texels += static_cast<std::uint64_t>(page.size) * static_cast<std::uint64_t>(page.size);
+        bytes += static_cast<std::uint64_t>(page.size) * static_cast<std::uint64_t>(page.size) *
+                 sizeof(PositionTexel);
     }
-    return impl_->limits.positions ? texels * sizeof(PositionTexel) : 0;
+    for (const NullLayers& image : impl_->layered) {
+        bytes += image.point_bytes;
+    }
+    return impl_->limits.positions ? bytes : 0;
 }
 
 const PlanWork& NullBackend::total_work() const noexcept {

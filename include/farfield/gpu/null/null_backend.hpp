@@ -30,13 +30,15 @@ namespace farfield {
 ///   beyond the far distance; ratios of depths are in order;
 /// - items, pieces and the primitives of selections exist, and no selection names one twice;
 /// - frames of cubes are rotations;
+/// - layered images that are handed over pass `validate`, and one that is shown was handed over in
+///   this plan or an earlier one and not dropped since;
 /// - all numbers are finite, and clip boxes are not empty.
 ///
-/// After an error the images of that cache count as never made, so that a technique that does not
-/// start over is found out.
+/// After an error the images of that cache, layered ones too, count as never made, so that a
+/// technique that does not start over is found out.
 ///
-/// @par Cost linear in the plan, selections sorted, plus the images of a page for each image copied
-/// to it. Allocates nothing once warm.
+/// @par Cost linear in the plan and in what layered images hold that it hands over, selections
+/// sorted, plus the images of a page for each image copied to it. Allocates nothing once warm.
 class NullBackend final : public Backend {
   public:
     static constexpr Limits kDefaultLimits{.page_size = 16384, .samples = 16};
