@@ -12,6 +12,8 @@
 #include "knot.hpp"
 #include "molecule.hpp"
 #include "overview.hpp"
+#include "pipes.hpp"
+#include "pipes_path.hpp"
 #include "terrain.hpp"
 #include "trees.hpp"
 
@@ -120,6 +122,13 @@ constexpr std::array<SceneParameter, 4> kTerrainParameters = {{
     {"side", kTerrain.side_m, false, "of the square [m]"},
     {"relief", kTerrain.relief_m, false, "from the lowest place to the highest [m]"},
     {"seed", static_cast<double>(kTerrain.seed), true, "of ridges and colours"},
+}};
+
+constexpr PipesOptions kPipes;
+
+constexpr std::array<SceneParameter, 2> kPipesParameters = {{
+    {"triangles", kPipes.triangles, true, "in all, about; 20000 to 50000000"},
+    {"seed", static_cast<double>(kPipes.seed), true, "of the ways of the pipes"},
 }};
 
 constexpr auto kForestParameters = forest_parameters(kForestPace);
@@ -343,7 +352,22 @@ Result<CatalogScene> make_terrain_entry(const SceneValues& values) {
     return made;
 }
 
-constexpr std::array<CatalogEntry, 10> kCatalog = {{
+Result<CatalogScene> make_pipes_entry(const SceneValues& values) {
+    PipesOptions options;
+    options.triangles = whole<int>(values, "triangles");
+    options.seed = whole<std::uint64_t>(values, "seed");
+    auto path = pipes_path(options);
+    if (!path) {
+        return tl::unexpected(path.error());
+    }
+    auto scene = make_pipes(options);
+    if (!scene) {
+        return tl::unexpected(scene.error());
+    }
+    return CatalogScene{std::move(*scene), std::move(*path)};
+}
+
+constexpr std::array<CatalogEntry, 11> kCatalog = {{
     {"island",
      "round island with 1117 instances of a willow, 40.6 million triangles",
      kIslandParameters,
@@ -384,6 +408,10 @@ constexpr std::array<CatalogEntry, 10> kCatalog = {{
      "mountains of 513 x 513 heights; from above, around and in to the middle",
      kTerrainParameters,
      make_terrain_entry},
+    {"pipes",
+     "array of pipes and elbows, 1 million triangles; a walk along its aisles",
+     kPipesParameters,
+     make_pipes_entry},
 }};
 
 /// "a, b, c" for messages.

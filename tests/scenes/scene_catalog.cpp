@@ -30,7 +30,8 @@ const std::map<std::string_view, scenes::SceneValues> kSmall = {
     {"grass", {{"triangles", 1250.0}}},
     {"knot", {{"along", 24.0}, {"around", 3.0}}},
     {"terrain", {{"posts", 9.0}}},
-    {"trees", {{"count", 4.0}, {"triangles", 5000.0}}}};
+    {"trees", {{"count", 4.0}, {"triangles", 5000.0}}},
+    {"pipes", {{"triangles", 20000.0}}}};
 
 } // namespace
 
@@ -144,6 +145,8 @@ TEST_CASE("every parameter does something", "[scene_catalog]") {
                 value += parameter.name == "min-scale" ? 0.1 : 0.2;
             } else if (entry.name == "grass" && parameter.name == "triangles") {
                 value *= 2.0; // a multiple of 1250
+            } else if (entry.name == "pipes" && parameter.name == "triangles") {
+                value *= 2.0; // more than a piece of a pipe
             } else if (entry.name == "grass" && parameter.name == "ground") {
                 value = 0.0;
             } else if (parameter.name == "count") {
