@@ -25,11 +25,12 @@ namespace farfield {
 ///     side = extent size / W                      [px]
 ///
 /// It covers the pixels whose centres are inside of the square, its left and lower edges included.
-/// What is not before the near plane and behind the far one of the view is not drawn.
+/// What is nearer than the near plane of the view or farther than the far one is not drawn.
 struct LayeredTerms {
     glm::mat4x3 columns{0.0F};
     float inverse_step = 0.0F; ///< [1/m] a step of depth
     float inverse_far = 0.0F;  ///< [1/m] of step 0
+    /// [px m] of one step of extent: where texels or pixels are not square, of their longer sides.
     float size = 0.0F;
     float near_distance = 0.0F; ///< [m] of the view
     float far_distance = 0.0F;  ///< [m]
@@ -47,8 +48,21 @@ struct WarpedLayers {
     std::vector<std::uint32_t> samples; ///< which one is shown, `UINT32_MAX`: none; or empty
 };
 
-/// Warps layered depth images on the processor, without a depth buffer: texels are visited in the
-/// order of McMillan, so that what is farther is drawn first.
+/// Warps layered depth images on the processor, without a depth buffer: texels are visited in an
+/// order of McMillan's kind, so that what is farther is drawn first.
+///
+/// The eye of the view is seen somewhere in the image, at the epipole. Along every ray of that eye
+/// what is farther is farther from the epipole too, or nearer to it where the eye is behind that of
+/// the image. So rings of texels around the epipole are drawn one after the other, square ones.
+///
+/// Of two samples of one pixel this shows the nearer one unless they are nearly as far: unless the
+/// points at their depths on the ray of the pixel are, seen from the image's eye, no more than 2
+/// texels apart and as much as either point is from its sample. Distances here are the larger of
+/// those along x and y. Of samples on one ray of the image's eye, in a texel that has no others,
+/// it shows the nearer one.
+/// @par Source McMillan 1997, An image-based approach to three-dimensional computer graphics,
+/// chapter 3. The sheets there, parted by row and column of the epipole, order points; but of
+/// squares on neighbouring rays, which overlap, they may show either, whatever the depths.
 class LayeredWarper {
   public:
     LayeredWarper();
