@@ -13,6 +13,7 @@
 #include <farfield/gpu/frame_plan.hpp>
 #include <farfield/gpu/geometry_source.hpp>
 #include <farfield/gpu/keyframe_lookup.hpp>
+#include <farfield/gpu/layered_drawing.hpp>
 #include <farfield/gpu/null/null_backend.hpp>
 #include <farfield/gpu/plan_rules.hpp>
 #include <farfield/gpu/plan_work.hpp>

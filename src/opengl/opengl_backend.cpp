@@ -1,4 +1,5 @@
 #include "opengl/cell_drawer.hpp"
+#include "opengl/layer_drawer.hpp"
 #include "opengl/program.hpp"
 #include "opengl/projection_shaders.hpp"
 #include "opengl/quad_programs.hpp"
@@ -192,12 +193,14 @@ struct OpenGLBackend::Impl {
     std::vector<QuadRun> runs; // of the plan being executed, in the order of its passes
     std::size_t next_run = 0;
     CellDrawer cells;
-    std::size_t next_cells = 0;                             // command of those that draw cells
+    std::size_t next_cells = 0; // command of those that draw cells
+    LayerDrawer layers;
     std::vector<glm::dvec2> places;                         // of the samples of a pixel
     std::array<DeviceKeyframe, kMostKeyframes> keyframes{}; // of the command being drawn
     Limits limits;
 
-    explicit Impl(GeometrySource& geometry) : source(&geometry) {}
+    Impl(GeometrySource& geometry, const OpenGLBackendOptions& options)
+        : source(&geometry), layers(options) {}
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
     ~Impl() {
@@ -234,6 +237,7 @@ struct OpenGLBackend::Impl {
     add_quads(const FramePlan& plan, std::size_t pass, std::uint32_t command);
     [[nodiscard]] Result<void> require_programs(const Command& command);
     [[nodiscard]] Result<void> require_projections(const FramePlan& plan);
+    [[nodiscard]] Result<void> require_layers(const FramePlan& plan, const Target& frame);
     void find_keyframes(const FramePlan& plan, const Command& command) noexcept;
     [[nodiscard]] Result<void> require_depth_copies(const FramePlan& plan);
     void clear_batch(
@@ -669,6 +673,32 @@ Result<void> OpenGLBackend::Impl::require_projections(const FramePlan& plan) {
     return {};
 }
 
+Result<void> OpenGLBackend::Impl::require_layers(const FramePlan& plan, const Target& frame) {
+    for (std::size_t i = 0; i < plan.passes.size(); ++i) {
+        const Pass& pass = plan.passes[i];
+        for (std::uint32_t c = 0; c < pass.command_count; ++c) {
+            const std::uint32_t index = pass.first_command + c;
+            const Command& command = plan.commands[index];
+            if (command.kind != Command::Kind::layers) {
+                continue;
+            }
+            for (std::uint32_t k = command.first; k < command.first + command.count; ++k) {
+                const bool exists = layers.has(plan.cache, plan.layers[k].image);
+                if (Result<void> valid = gpu::check_shown_layers(plan, i, index, k, exists);
+                    !valid) {
+                    return valid;
+                }
+            }
+            const Page* page = find(plan.cache, pass.page);
+            const std::int32_t samples = page == nullptr ? frame.samples : page->samples;
+            if (Result<void> made = layers.require(samples > 1); !made) {
+                return made;
+            }
+        }
+    }
+    return {};
+}
+
 /// What the device has of the keyframes of a command.
 void OpenGLBackend::Impl::find_keyframes(const FramePlan& plan, const Command& command) noexcept {
     for (std::uint32_t i = 0; i < command.keyframe_count; ++i) {
@@ -725,6 +755,12 @@ void OpenGLBackend::Impl::run_pass(
         if (draws_cells(command)) {
             state_is_ours = true;
             draw_cells(samples);
+            continue;
+        }
+        if (command.kind == Command::Kind::layers) {
+            state_is_ours = true;
+            find_places(framebuffer, samples);
+            layers.draw(plan, pass, command, places);
             continue;
         }
         // A source may leave any state behind.
@@ -894,7 +930,7 @@ OpenGLBackend::create(GeometrySource& source, const OpenGLBackendOptions& option
                 std::to_string(version % 10) + ", 4.5 or later is needed"
         );
     }
-    auto impl = std::make_unique<Impl>(source);
+    auto impl = std::make_unique<Impl>(source, options);
     GLint size = 0;
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &size);
     impl->limits = {.page_size = size, .samples = most_samples()};
@@ -950,6 +986,11 @@ OpenGLBackend::execute(const FramePlan& plan, TargetId target, const FrameClear&
             return updated;
         }
     }
+    for (const LayeredUpdate& update : plan.layered_updates) {
+        if (Result<void> updated = impl.layers.update(plan.cache, update); !updated) {
+            return updated;
+        }
+    }
     if (Result<void> valid = impl.check_pages(plan, *frame); !valid) {
         return valid;
     }
@@ -963,6 +1004,9 @@ OpenGLBackend::execute(const FramePlan& plan, TargetId target, const FrameClear&
         return made;
     }
     if (Result<void> made = impl.require_projections(plan); !made) {
+        return made;
+    }
+    if (Result<void> made = impl.require_layers(plan, *frame); !made) {
         return made;
     }
     for (std::size_t first = 0; first < plan.passes.size();) {
@@ -1218,7 +1262,7 @@ std::string OpenGLBackend::device() const {
 }
 
 std::uint64_t OpenGLBackend::image_bytes() const noexcept {
-    std::uint64_t bytes = 0;
+    std::uint64_t bytes = impl_->layers.bytes();
     for (const Page& page : impl_->pages) {
         bytes += gpu::page_bytes(page, page.samples);
     }
@@ -1230,7 +1274,7 @@ std::uint64_t OpenGLBackend::position_bytes() const noexcept {
     for (const Page& page : impl_->pages) {
         texels += static_cast<std::uint64_t>(page.size) * static_cast<std::uint64_t>(page.size);
     }
-    return impl_->positions ? texels * kPositionTexelBytes : 0;
+    return impl_->positions ? texels * kPositionTexelBytes + impl_->layers.position_bytes() : 0;
 }
 
 } // namespace farfield::opengl

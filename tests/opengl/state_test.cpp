@@ -1,4 +1,5 @@
 #include "gpu/hand_made_plan.hpp"
+#include "gpu/layered_scene.hpp"
 #include "opengl/device.hpp"
 #include "support/small_scene.hpp"
 #include <farfield/technique/image_cache.hpp>
@@ -437,7 +438,8 @@ ImageCacheOptions eager_options(int samples) {
 }
 
 /// Frames of a cache, so that pages are made, images are made from images, and clipped ones too;
-/// then images with depths; then splats, cubes and single primitives; then projected keyframes.
+/// then images with depths; then splats, cubes and single primitives; then a layered image among
+/// geometry; then projected keyframes.
 std::vector<Picture> walk_pictures(
     Backend& backend, const SmallWorld& world, int samples, const std::function<void()>& before
 ) {
@@ -473,6 +475,18 @@ std::vector<Picture> walk_pictures(
         FAIL(cells.error().message);
     }
     pictures.push_back(backend.read_target(*target).value());
+    const LayeredDepthImage image = flat_layers(6.0, {90, 160, 30, 255});
+    FramePlan layered = plan_with_layers(image);
+    layered.items = {ItemId{0}};
+    layered.commands.push_back(items_command(0, 1));
+    layered.commands.push_back(layered.commands[0]);
+    layered.passes[0].command_count = 3;
+    const auto layers = backend.execute(layered, *target, {});
+    if (!layers) {
+        FAIL(layers.error().message);
+    }
+    pictures.push_back(backend.read_target(*target).value());
+    CHECK(pictures.back() != pictures[pictures.size() - 2]);
     for (const bool whole_triangles : {false, true}) {
         FramePlan plan = plan_with_keyframe();
         plan.cache = 2;
@@ -523,7 +537,9 @@ class RudeSource final : public GeometrySource {
 
 TEST_CASE("Whatever the state is, frames are the same and the state is as before") {
     const SmallWorld world = make_world(small_scene());
-    const auto device = Device::create(world.scene, &world.hierarchy);
+    const opengl::OpenGLBackendOptions options = {
+        .layers = GENERATE(opengl::LayerDrawing::points, opengl::LayerDrawing::warped)};
+    const auto device = Device::create(world.scene, &world.hierarchy, options);
     if (device == nullptr) {
         return;
     }
@@ -558,7 +574,7 @@ TEST_CASE("Whatever the state is, frames are the same and the state is as before
         const auto source = opengl::SceneSource::create(world.scene, &world.hierarchy);
         REQUIRE(source.has_value());
         check_unchanged(before, "creating a scene source");
-        const auto backend = opengl::OpenGLBackend::create(**source);
+        const auto backend = opengl::OpenGLBackend::create(**source, options);
         REQUIRE(backend.has_value());
         check_unchanged(before, "creating a backend");
         CHECK(walk_pictures(**backend, world, samples, [] {}) == usual);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <farfield/core/executor.hpp>
 #include <farfield/core/result.hpp>
 #include <farfield/gpu/backend.hpp>
 #include <farfield/gpu/geometry_source.hpp>
@@ -10,11 +11,23 @@
 
 namespace farfield::opengl {
 
+/// How layered depth images are drawn.
+enum class LayerDrawing : std::uint8_t {
+    points, ///< by the device, a point for each sample
+    /// By the processor, with `LayeredWarper`, as a picture with depth that is uploaded each time:
+    /// for devices that are slow with points, as those that are none but software.
+    warped,
+};
+
 struct OpenGLBackendOptions {
     /// Keeps surface points beside the colours of every page and target: see
     /// `Backend::read_positions`. For measuring: pages take seven times the memory, images are
     /// drawn twice, and whatever the plan says there is one sample a pixel.
     bool positions = false;
+    LayerDrawing layers = LayerDrawing::points;
+    /// Shares the work of warping; must outlive the backend. Null: the calling thread does it
+    /// alone.
+    Executor* executor = nullptr;
 };
 
 /// Executes frame plans with OpenGL 4.5 core, in the context that is current on the calling thread:
@@ -28,6 +41,9 @@ struct OpenGLBackendOptions {
 /// Plans are checked as far as that costs next to nothing: `gpu::check_structure`, and that pages
 /// exist, are of the right kind, and hold what is drawn or copied to them. Whether items exist and
 /// images were ever made only `NullBackend` checks.
+///
+/// Layered depth images drawn as points are exact, sample by sample of the target. Warped ones are
+/// too, but where squares of one image overlap: any of these may be shown there.
 ///
 /// Images are rendered in one scratch page with a 32-bit float reverse-z depth buffer, many in a
 /// batch, and copied to their pages. Colours are blended as encoded (`GL_FRAMEBUFFER_SRGB` is off).
