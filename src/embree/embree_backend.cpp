@@ -4,13 +4,16 @@
 #include "embree/samples.hpp"
 #include "embree/tile.hpp"
 #include "embree/worker_pool.hpp"
+#include <farfield/core/executor.hpp>
 #include <farfield/embree/embree_backend.hpp>
+#include <farfield/gpu/layered_drawing.hpp>
 #include <farfield/gpu/plan_rules.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstring>
+#include <functional>
 #include <new>
 #include <string>
 #include <system_error>
@@ -21,6 +24,27 @@
 namespace farfield::embree {
 
 namespace {
+
+/// Shares the work of warping.
+class PoolExecutor final : public Executor {
+  public:
+    explicit PoolExecutor(WorkerPool& pool) noexcept : pool_(&pool) {}
+    void run(std::size_t count, const std::function<void(std::size_t)>& task) override {
+        pool_->run(static_cast<std::uint32_t>(count), [&](std::uint32_t index, unsigned) {
+            task(index);
+        });
+    }
+
+  private:
+    WorkerPool* pool_;
+};
+
+/// A layered image that was handed over.
+struct KeptLayers {
+    std::uint32_t cache = 0;
+    LayeredImageId id = kNone<LayeredImageId>;
+    LayeredDepthImage content; ///< with points if positions are kept
+};
 
 constexpr unsigned kMostThreads = 256;
 constexpr std::int32_t kMostSamples = 64;
@@ -57,6 +81,8 @@ struct EmbreeBackend::Impl {
     std::unique_ptr<WorkerPool> pool;
     std::vector<std::unique_ptr<Workspace>> workspaces; ///< by thread
     std::vector<std::unique_ptr<Page>> pages;
+    std::vector<std::unique_ptr<KeptLayers>> layered;
+    LayeredWarper warper;
     std::vector<Target> targets; ///< TargetId is the position plus one
     std::array<std::vector<glm::vec2>, kMostSamples + 1> places; ///< by number of samples
     FrameWork work;
@@ -65,6 +91,14 @@ struct EmbreeBackend::Impl {
         for (const std::unique_ptr<Page>& page : pages) {
             if (page->cache == cache && page->id == id) {
                 return page.get();
+            }
+        }
+        return nullptr;
+    }
+    [[nodiscard]] KeptLayers* find(std::uint32_t cache, LayeredImageId id) noexcept {
+        for (const std::unique_ptr<KeptLayers>& image : layered) {
+            if (image->cache == cache && image->id == id) {
+                return image.get();
             }
         }
         return nullptr;
@@ -80,6 +114,7 @@ struct EmbreeBackend::Impl {
 
     [[nodiscard]] Result<void> run(const FramePlan& plan, Target& frame, const FrameClear& clear);
     [[nodiscard]] Result<void> update_page(std::uint32_t cache, const PageUpdate& update);
+    [[nodiscard]] Result<void> update_layers(std::uint32_t cache, const LayeredUpdate& update);
     [[nodiscard]] Result<void> check_pages(const FramePlan& plan, const Target& frame);
     [[nodiscard]] Result<void>
     check_geometry(const FramePlan& plan, std::size_t pass, std::uint32_t command) const;
@@ -90,9 +125,15 @@ struct EmbreeBackend::Impl {
     check_keyframes(const FramePlan& plan, std::size_t pass, std::uint32_t command);
     [[nodiscard]] Result<void>
     check_images(const FramePlan& plan, std::size_t pass, std::uint32_t command);
+    [[nodiscard]] Result<void>
+    check_layers(const FramePlan& plan, std::size_t pass, std::uint32_t command);
     void add_pass(const FramePlan& plan, const Pass& pass, Target& frame, const FrameClear& clear);
     void add_keyframes(const FramePlan& plan, const Pass& pass, const Command& command);
+    void add_layers(
+        const FramePlan& plan, const Pass& pass, const Command& command, std::uint32_t order
+    );
     void add_commands(const FramePlan& plan, const Pass& pass);
+    void begin_phase(Phase& phase) const noexcept;
     void close_phase(const Pass& pass, Phase& phase);
     void draw_batch();
     void copy_pass(const FramePlan& plan, const Pass& pass) noexcept;
@@ -138,6 +179,37 @@ Result<void> EmbreeBackend::Impl::update_page(std::uint32_t cache, const PageUpd
     return {};
 }
 
+Result<void> EmbreeBackend::Impl::update_layers(std::uint32_t cache, const LayeredUpdate& update) {
+    if (Result<void> valid = gpu::check_layered_update(update); !valid) {
+        return valid;
+    }
+    if (const KeptLayers* old = find(cache, update.image)) {
+        std::erase_if(layered, [&](const std::unique_ptr<KeptLayers>& image) {
+            return image.get() == old;
+        });
+    }
+    if (update.action == LayeredUpdate::Action::destroy) {
+        return {};
+    }
+    const LayeredDepthImage& content = *update.content;
+    auto image = std::make_unique<KeptLayers>();
+    image->cache = cache;
+    image->id = update.image;
+    image->content = {
+        .view = content.view,
+        .near_depth = content.near_depth,
+        .far_depth = content.far_depth,
+        .counts = content.counts,
+        .rows = content.rows,
+        .samples = content.samples,
+        .points = {}};
+    if (options.positions) {
+        image->content.points = content.points;
+    }
+    layered.push_back(std::move(image));
+    return {};
+}
+
 Result<void> EmbreeBackend::Impl::check_pages(const FramePlan& plan, const Target& frame) {
     const Region whole{0, 0, frame.width, frame.height};
     for (std::size_t i = 0; i < plan.passes.size(); ++i) {
@@ -158,6 +230,8 @@ Result<void> EmbreeBackend::Impl::check_pages(const FramePlan& plan, const Targe
                 if (valid) {
                     valid = check_keyframes(plan, i, command);
                 }
+            } else if (plan.commands[command].kind == Command::Kind::layers) {
+                valid = check_layers(plan, i, command);
             }
             if (!valid) {
                 return valid;
@@ -271,13 +345,26 @@ EmbreeBackend::Impl::check_images(const FramePlan& plan, std::size_t pass, std::
     return {};
 }
 
+Result<void>
+EmbreeBackend::Impl::check_layers(const FramePlan& plan, std::size_t pass, std::uint32_t index) {
+    const Command& command = plan.commands[index];
+    for (std::uint32_t i = command.first; i < command.first + command.count; ++i) {
+        const bool exists = find(plan.cache, plan.layers[i].image) != nullptr;
+        if (Result<void> valid = gpu::check_shown_layers(plan, pass, index, i, exists); !valid) {
+            return valid;
+        }
+    }
+    return {};
+}
+
 /// Ends the phase that takes in commands and begins another.
 void EmbreeBackend::Impl::close_phase(const Pass& pass, Phase& phase) {
     add_listed_draws(*scene, pass, work);
     phase.draw_count = static_cast<std::uint32_t>(work.draws.size()) - phase.first_draw;
+    phase.layer_count = static_cast<std::uint32_t>(work.layers.size()) - phase.first_layer;
     phase.quad_count = static_cast<std::uint32_t>(work.quads.size()) - phase.first_quad;
     phase.flat_count = static_cast<std::uint32_t>(work.flats.size()) - phase.first_flat;
-    if (phase.draw_count + phase.quad_count + phase.flat_count > 0) {
+    if (phase.draw_count + phase.layer_count + phase.quad_count + phase.flat_count > 0) {
         // Nearest first, so that what lies behind is not looked at; equal ones in the plan's order.
         std::sort(
             work.draws.begin() + phase.first_draw,
@@ -292,7 +379,12 @@ void EmbreeBackend::Impl::close_phase(const Pass& pass, Phase& phase) {
         work.phases.push_back(phase);
         ++work.passes.back().phase_count;
     }
+    begin_phase(phase);
+}
+
+void EmbreeBackend::Impl::begin_phase(Phase& phase) const noexcept {
     phase.first_draw = static_cast<std::uint32_t>(work.draws.size());
+    phase.first_layer = static_cast<std::uint32_t>(work.layers.size());
     phase.first_quad = static_cast<std::uint32_t>(work.quads.size());
     phase.first_flat = static_cast<std::uint32_t>(work.flats.size());
 }
@@ -310,11 +402,39 @@ void EmbreeBackend::Impl::add_keyframes(
     }
 }
 
+/// Warps the layered images of a command, once for each sample of a pixel.
+void EmbreeBackend::Impl::add_layers(
+    const FramePlan& plan, const Pass& pass, const Command& command, std::uint32_t order
+) {
+    PoolExecutor executor(*pool);
+    const std::vector<glm::vec2>& samples =
+        places[static_cast<std::size_t>(work.passes.back().samples)];
+    for (const ShownLayers& shown : std::span(plan.layers).subspan(command.first, command.count)) {
+        PassLayers layers;
+        layers.image = &find(plan.cache, shown.image)->content;
+        layers.first_warped = static_cast<std::uint32_t>(work.warped_count);
+        layers.order = order;
+        layers.node = shown.node;
+        if (options.positions) {
+            layers.terms = layered_terms(*layers.image, pass.view);
+        }
+        for (const glm::vec2& place : samples) {
+            if (work.warped_count == work.warped.size()) {
+                work.warped.emplace_back();
+            }
+            const View view =
+                samples.size() == 1 ? pass.view : gpu::view_of_sample(pass.view, glm::dvec2(place));
+            warper.warp(
+                *layers.image, view, executor, work.warped[work.warped_count++], options.positions
+            );
+        }
+        work.layers.push_back(layers);
+    }
+}
+
 void EmbreeBackend::Impl::add_commands(const FramePlan& plan, const Pass& pass) {
     Phase phase;
-    phase.first_draw = static_cast<std::uint32_t>(work.draws.size());
-    phase.first_quad = static_cast<std::uint32_t>(work.quads.size());
-    phase.first_flat = static_cast<std::uint32_t>(work.flats.size());
+    begin_phase(phase);
     const std::vector<glm::vec2>& samples =
         places[static_cast<std::size_t>(work.passes.back().samples)];
     bool shows = false;  // something but masks in this phase
@@ -322,7 +442,8 @@ void EmbreeBackend::Impl::add_commands(const FramePlan& plan, const Pass& pass) 
     for (std::uint32_t c = 0; c < pass.command_count; ++c) {
         const Command& command = plan.commands[pass.first_command + c];
         const std::uint32_t order = c + 1;
-        const bool cast = draws_geometry(command);
+        const bool layers = command.kind == Command::Kind::layers;
+        const bool cast = draws_geometry(command) || layers;
         if (cast && (writes || (shows && command.kind == Command::Kind::mask))) {
             close_phase(pass, phase);
             shows = false;
@@ -333,6 +454,10 @@ void EmbreeBackend::Impl::add_commands(const FramePlan& plan, const Pass& pass) 
             continue;
         }
         shows = true;
+        if (layers) {
+            add_layers(plan, pass, command, order);
+            continue;
+        }
         if (cast) {
             add_keyframes(plan, pass, command);
             add_draws(*scene, plan, pass, command, order, work);
@@ -431,6 +556,11 @@ Result<void>
 EmbreeBackend::Impl::run(const FramePlan& plan, Target& frame, const FrameClear& clear) {
     for (const PageUpdate& update : plan.pages) {
         if (Result<void> updated = update_page(plan.cache, update); !updated) {
+            return updated;
+        }
+    }
+    for (const LayeredUpdate& update : plan.layered_updates) {
+        if (Result<void> updated = update_layers(plan.cache, update); !updated) {
             return updated;
         }
     }
@@ -614,6 +744,9 @@ std::uint64_t EmbreeBackend::image_bytes() const noexcept {
     for (const std::unique_ptr<Page>& page : impl_->pages) {
         bytes += gpu::page_bytes(*page, page->samples);
     }
+    for (const std::unique_ptr<KeptLayers>& image : impl_->layered) {
+        bytes += gpu::layered_bytes(image->content);
+    }
     return bytes;
 }
 
@@ -623,6 +756,9 @@ std::uint64_t EmbreeBackend::position_bytes() const noexcept {
         bytes += page->positions == nullptr
                      ? 0
                      : std::uint64_t{texels_of(page->size, page->size)} * sizeof(PositionTexel);
+    }
+    for (const std::unique_ptr<KeptLayers>& image : impl_->layered) {
+        bytes += std::uint64_t{image->content.points.size()} * sizeof(PositionTexel);
     }
     return bytes;
 }

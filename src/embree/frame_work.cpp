@@ -478,6 +478,8 @@ void FrameWork::clear() noexcept {
     clips.clear();
     keyframes.clear();
     listed.clear();
+    layers.clear();
+    warped_count = 0;
     quads.clear();
     flats.clear();
     faces.clear();

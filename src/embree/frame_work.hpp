@@ -6,6 +6,8 @@
 #include <farfield/gpu/frame_plan.hpp>
 #include <farfield/gpu/keyframe_lookup.hpp>
 #include <farfield/gpu/plan_rules.hpp>
+#include <farfield/image/layered_depth_image.hpp>
+#include <farfield/image/layered_warp.hpp>
 #include <farfield/image/position_picture.hpp>
 
 #include <glm/ext/matrix_float3x3.hpp>
@@ -160,13 +162,26 @@ struct Flat {
     glm::vec<4, std::uint8_t> color{0};
 };
 
-/// Commands that are carried out together: one cast for all of their geometry, then their quads,
-/// splats and cubes. Of the geometry only the nearest counts, and of the others those that come
-/// after it: the result is that of one command after the other. Only masks must come before all
-/// else, and nothing is cast after depths of quads.
+/// A layered image as one pass sees it.
+struct PassLayers {
+    const LayeredDepthImage* image = nullptr;
+    /// Of each sample of a pixel: what it is warped to, one pixel for each of the viewport.
+    std::uint32_t first_warped = 0; ///< into `FrameWork::warped`
+    LayeredTerms terms;             ///< of the pass; where positions are kept
+    std::uint32_t order = 0;
+    std::uint32_t node = UINT32_MAX;
+};
+
+/// Commands that are carried out together: one cast for all of their geometry, which layered images
+/// are added to, then their quads, splats and cubes. Of geometry and layered images only the
+/// nearest counts, and of the others those that come after it: the result is that of one command
+/// after the other. Only masks must come before all else, and nothing is cast after depths of
+/// quads.
 struct Phase {
     std::uint32_t first_draw = 0; ///< into `FrameWork::draws`, the nearest first
     std::uint32_t draw_count = 0;
+    std::uint32_t first_layer = 0; ///< into `FrameWork::layers`, in order
+    std::uint32_t layer_count = 0;
     std::uint32_t first_quad = 0; ///< into `FrameWork::quads`, in order
     std::uint32_t quad_count = 0;
     std::uint32_t first_flat = 0; ///< into `FrameWork::flats`, in order
@@ -209,6 +224,9 @@ struct FrameWork {
     std::vector<DepthRange> depths;
     std::vector<Box3f> clips; ///< relative to the eye, in the world's axes
     std::vector<PassKeyframe> keyframes;
+    std::vector<PassLayers> layers;
+    std::vector<WarpedLayers> warped; ///< kept when all else is cleared
+    std::size_t warped_count = 0;     ///< of those that are in use
     std::vector<PassQuad> quads;
     std::vector<Flat> flats;
     std::vector<PassFace> faces;

@@ -233,6 +233,7 @@ void draw_tile(
     for (std::uint32_t i = 0; i < pass.phase_count; ++i) {
         const Phase& phase = work.phases[pass.first_phase + i];
         cast_tile(scene, work, task, phase, places, workspace);
+        add_layers(work, task, phase, places.size(), tile);
         blend_tile(work, task, phase, places, next_flat, tile);
         if (i + 1 < pass.phase_count) {
             tile.orders.fill(0);

@@ -77,6 +77,16 @@ void cast_tile(
     Workspace& workspace
 ) noexcept;
 
+/// Adds the layered images of a phase to what was cast.
+/// @param samples of a pixel
+void add_layers(
+    const FrameWork& work,
+    const TileTask& task,
+    const Phase& phase,
+    std::size_t samples,
+    TileBuffer& tile
+) noexcept;
+
 /// The part of a phase's images, splats and cubes.
 /// @param next_flat of those that the tile lists: the first that is not yet drawn
 void blend_tile(

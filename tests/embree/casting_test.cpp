@@ -3,6 +3,7 @@
 #include "embree/casting.hpp"
 #include "gpu/flat_scene.hpp"
 #include "gpu/hand_made_plan.hpp"
+#include "gpu/layered_scene.hpp"
 #include "support/allocation_counter.hpp"
 #include "support/small_scene.hpp"
 #include <farfield/technique/culled_geometry.hpp>
@@ -131,6 +132,29 @@ TEST_CASE("Splats, cubes and single primitives allocate nothing once warm") {
     const std::uint64_t before = allocation_count();
     REQUIRE(caster->execute(plan, *target, {}).has_value());
     CHECK(allocation_count() == before);
+}
+
+TEST_CASE("Layered images among geometry allocate nothing once warm") {
+    const SmallWorld world = make_world(small_scene());
+    const LayeredDepthImage image = flat_layers(6.0, {90, 160, 30, 255});
+    for (const bool positions : {false, true}) {
+        const auto caster =
+            make_caster(world.scene, &world.hierarchy, {.threads = 2, .positions = positions});
+        const auto target = caster->create_target(kFrameSize, kFrameSize, 4);
+        REQUIRE(target.has_value());
+        FramePlan plan = plan_with_layers(image);
+        plan.layers.resize(2, plan.layers[0]);
+        plan.items = {ItemId{0}};
+        plan.commands.push_back(items_command(0, 1));
+        plan.commands.push_back(plan.commands[0]);
+        plan.commands.back().count = 2;
+        plan.passes[0].command_count = 3;
+        REQUIRE(caster->execute(plan, *target, {}).has_value());
+        plan.layered_updates.clear();
+        const std::uint64_t before = allocation_count();
+        REQUIRE(caster->execute(plan, *target, {}).has_value());
+        CHECK(allocation_count() == before);
+    }
 }
 
 TEST_CASE("Samples cover an edge as much as it does") {

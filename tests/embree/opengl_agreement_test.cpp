@@ -1,6 +1,8 @@
 // Casting and rasterising draw the same. Two ways that share nothing but the scene: each is the
 // other's proof.
 #include "gpu/flat_scene.hpp"
+#include "gpu/layered_scene.hpp"
+#include "gpu/position_checks.hpp"
 #include "opengl/device.hpp"
 #include "support/small_scene.hpp"
 #include <farfield/embree/embree_backend.hpp>
@@ -8,11 +10,15 @@
 #include <farfield/technique/image_cache.hpp>
 
 #include <catch2/catch.hpp>
+#include <glm/geometric.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <utility>
+#include <vector>
 
 using namespace farfield;
 using namespace farfield::support;
@@ -395,4 +401,147 @@ TEST_CASE("Keyframes are projected alike, onto the scene that they are of") {
     CHECK(same_source > keyframe_pixels * 0.97);
     CHECK(sum.same_item > sum.calm * 0.999);
     CHECK(sum.same_color > sum.same_item * 0.99);
+}
+
+namespace {
+
+/// A layered image of what a plan shows from an eye and from beside it, with points.
+LayeredDepthImage
+layers_of(Backend& backend, FramePlan plan, const Scene& scene, const View& view) {
+    LayeredDepthImage image;
+    image.view = view;
+    image.near_depth = 2.0;
+    image.far_depth = 200.0;
+    const std::vector<glm::dmat4x3> frames = item_frames(scene);
+    const Lens& lens = view.lens;
+    std::vector<LayeredSample> samples;
+    for (const double aside : {0.0, -1.5, 1.5}) {
+        Pass& pass = plan.passes[0];
+        pass.view = view;
+        pass.view.eye += aside * view.camera_to_world[0];
+        const Shown shown = show(backend, plan, view.width, view.height);
+        for (int y = 0; y < view.height; ++y) {
+            for (int x = 0; x < view.width; ++x) {
+                const PositionTexel& texel = shown.positions.texels[index_at(view.width, x, y)];
+                if (texel.item == kNone<ItemId>) {
+                    continue;
+                }
+                const glm::dvec3 point =
+                    glm::transpose(view.camera_to_world) *
+                    (frames[index_of(texel.item)] * glm::dvec4(glm::dvec3(texel.point), 1.0) -
+                     view.eye);
+                const double u = (point.x / -point.z - lens.left) / (lens.right - lens.left);
+                const double v = (point.y / -point.z - lens.bottom) / (lens.top - lens.bottom);
+                if (u < 0.0 || u >= 1.0 || v < 0.0 || v >= 1.0) {
+                    continue;
+                }
+                const Color color = color_at(shown.colors, x, y);
+                const auto byte = [&](std::size_t i) {
+                    return static_cast<std::uint8_t>(color[i]);
+                };
+                samples.push_back(
+                    {.x = static_cast<std::uint16_t>(u * view.width * kLayeredSteps),
+                     .y = static_cast<std::uint16_t>(v * view.height * kLayeredSteps),
+                     .depth = layered_step(image, -point.z),
+                     .extent = 300,
+                     .color = {byte(0), byte(1), byte(2), 255}}
+                );
+                image.points.push_back(texel);
+            }
+        }
+    }
+    return make_layers(std::move(image), samples);
+}
+
+} // namespace
+
+TEST_CASE("Layered images among geometry look alike, drawn as points, warped and cast") {
+    const glm::dvec3 offset = GENERATE(glm::dvec3(0.0), glm::dvec3(1e7, -2e6, 4e6));
+    const SmallWorld world = make_world(small_scene(offset));
+    const Pair pair = make_pair(world.scene, &world.hierarchy);
+    if (pair.device == nullptr) {
+        return;
+    }
+    const auto warping = opengl::OpenGLBackend::create(
+        *pair.device->source, {.positions = true, .layers = opengl::LayerDrawing::warped}
+    );
+    REQUIRE(warping.has_value());
+    // Every second tree in the image, the rest and the ground as geometry.
+    FramePlan plan;
+    std::vector<ItemId> in_image;
+    for (std::size_t i = 0; i < world.scene.instances.size(); ++i) {
+        (i % 2 == 1 ? in_image : plan.items).push_back(make_id<ItemId>(i));
+    }
+    const auto view_of = [&](int frame) { return small_walk(frame, kWidth, kHeight, offset); };
+    FramePlan source = flat_plan(in_image, view_of(20));
+    source.origin = offset;
+    const LayeredDepthImage image = layers_of(*pair.cast, source, world.scene, view_of(20));
+    plan.origin = offset;
+    plan.commands = {items_command(0, static_cast<std::uint32_t>(plan.items.size()))};
+    plan.commands.resize(2);
+    plan.commands[1].kind = Command::Kind::layers;
+    plan.commands[1].count = 1;
+    constexpr std::uint32_t kNode = 5;
+    constexpr float kTreePart = 0.5F; // [m]
+    plan.layers = {{.image = kLayeredImage, .node = kNode}};
+    plan.layered_updates = {{.image = kLayeredImage, .content = &image}};
+    const std::vector<glm::dmat4x3> frames = item_frames(world.scene);
+    int shown = 0;         // pixels of layers
+    int warped_apart = 0;  // of those: something else where OpenGL draws what was warped
+    int points_apart = 0;  // of those: something else where it draws points
+    int surface_apart = 0; // of those of points: another surface
+    double worst = 0.0;    // from a pixel's centre to its point, beyond the square it must be in
+    for (const int frame : {12, 16, 20, 24, 28}) {
+        const View view = view_of(frame);
+        plan.passes = {flat_plan({}, view).passes[0]};
+        plan.passes[0].command_count = 2;
+        const Shown points = show(*pair.rastered, plan, kWidth, kHeight);
+        const Shown warped = show(**warping, plan, kWidth, kHeight);
+        const Shown cast = show(*pair.cast, plan, kWidth, kHeight);
+        for (int y = 0; y < kHeight; ++y) {
+            for (int x = 0; x < kWidth; ++x) {
+                const std::size_t pixel = index_at(kWidth, x, y);
+                const PositionTexel& of_cast = cast.positions.texels[pixel];
+                const PositionTexel& of_warped = warped.positions.texels[pixel];
+                const PositionTexel& of_points = points.positions.texels[pixel];
+                if (of_cast.node != kNode) {
+                    continue;
+                }
+                ++shown;
+                if (of_warped.node == kNode) {
+                    // The same samples, warped by the same arithmetic.
+                    REQUIRE(of_warped == of_cast);
+                    REQUIRE(color_at(warped.colors, x, y) == color_at(cast.colors, x, y));
+                } else {
+                    ++warped_apart;
+                }
+                if (of_points.node != kNode) {
+                    ++points_apart;
+                    continue;
+                }
+                // Where squares overlap points show the nearest, and warping one of them.
+                const bool alike = of_points.item == of_cast.item &&
+                                   glm::distance(of_points.point, of_cast.point) < kTreePart;
+                surface_apart += alike ? 0 : 1;
+                for (const PositionTexel* texel : {&of_cast, &of_points}) {
+                    // A point is less than the diagonal of 1/16 texel from its sample's place,
+                    // whose square is 300/256 texels wide.
+                    const double within = std::sqrt(0.5) + std::sqrt(2.0) / 16.0 * 256.0 / 300.0;
+                    worst = std::max(
+                        worst,
+                        displacement_px(*texel, x, y, view, frames) -
+                            within * static_cast<double>(texel->texel_px)
+                    );
+                }
+            }
+        }
+    }
+    CAPTURE(shown, warped_apart, points_apart, surface_apart, worst);
+    CHECK(shown > kWidth * kHeight / 6);
+    // Rims of leaves that are geometry: pixels whose centres are so near to an edge that snapping
+    // vertices to 1/256 px decides, on either side. Not every pixel of this forest has an edge.
+    CHECK(warped_apart <= shown / 128);
+    CHECK(points_apart <= shown / 128);
+    CHECK(surface_apart <= shown / 20);
+    CHECK(worst < kRasterPx);
 }

@@ -601,6 +601,12 @@ inline void check_conformance(Backend& backend, const SmallWorld& world) {
     SECTION("keyframes are projected") {
         check_keyframes(backend);
     }
+    SECTION("layered depth images come and go, and are shown") {
+        check_layered_images(backend);
+    }
+    SECTION("wrong layered depth images are refused and do no harm") {
+        check_wrong_layers(backend);
+    }
     SECTION("splats, cubes and single primitives, in targets of one sample and of several") {
         for (const int samples : {1, std::min(4, backend.limits().samples)}) {
             const auto target = backend.create_target(kFrameSize, kFrameSize, samples);

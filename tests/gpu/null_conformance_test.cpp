@@ -11,10 +11,3 @@ TEST_CASE("The null backend does what every backend does") {
     support::check_conformance(backend, world);
     CHECK(backend.device() == "null");
 }
-
-TEST_CASE("The null backend takes layered depth images over and checks them") {
-    const support::SmallWorld world = support::make_world(support::small_scene());
-    NullBackend backend(world.item_primitives, &world.hierarchy);
-    support::check_layered_images(backend);
-    support::check_wrong_layers(backend);
-}

@@ -32,13 +32,16 @@ struct EmbreeBackendOptions {
 /// colours; a pixel is rounded to 8 bits once, when its pass is over. Textures repeat and are
 /// filtered trilinearly, with the footprint of the pixel on the triangle.
 ///
+/// Layered depth images are warped with `LayeredWarper`, once for each sample of a pixel, and then
+/// stand among what is cast. Where squares of one image overlap, any of these may be shown.
+///
 /// Samples: `n` samples a pixel lie in the `n` rows and columns of the pixel, one in each, after
 /// Hammersley; one sample is its centre. They are averaged as encoded. Image quads are filtered
 /// once a pixel, at its centre; where they end, and what stands before them, is decided for every
 /// sample.
 ///
-/// Plans are checked as `gpu::check_structure` says; that items, pieces and pages exist is checked
-/// as well.
+/// Plans are checked as `gpu::check_structure` says; that items, pieces, pages and layered images
+/// exist is checked as well.
 ///
 /// Scratch pages take 4 bytes a texel, since samples and depths live in tiles only. `image_bytes`
 /// counts them as the contract of plans does, 8 bytes a sample, so that budgets and reports of all
