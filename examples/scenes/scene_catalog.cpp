@@ -14,6 +14,8 @@
 #include "overview.hpp"
 #include "pipes.hpp"
 #include "pipes_path.hpp"
+#include "plant.hpp"
+#include "plant_path.hpp"
 #include "terrain.hpp"
 #include "trees.hpp"
 
@@ -129,6 +131,13 @@ constexpr PipesOptions kPipes;
 constexpr std::array<SceneParameter, 2> kPipesParameters = {{
     {"triangles", kPipes.triangles, true, "in all, about; 20000 to 50000000"},
     {"seed", static_cast<double>(kPipes.seed), true, "of the ways of the pipes"},
+}};
+
+constexpr PlantOptions kPlant;
+
+constexpr std::array<SceneParameter, 2> kPlantParameters = {{
+    {"panels", kPlant.panels, true, "tube panels in each of 5 bundles, 1 to 120"},
+    {"seed", static_cast<double>(kPlant.seed), true, "of pipes, colours and the coal"},
 }};
 
 constexpr auto kForestParameters = forest_parameters(kForestPace);
@@ -367,7 +376,22 @@ Result<CatalogScene> make_pipes_entry(const SceneValues& values) {
     return CatalogScene{std::move(*scene), std::move(*path)};
 }
 
-constexpr std::array<CatalogEntry, 11> kCatalog = {{
+Result<CatalogScene> make_plant_entry(const SceneValues& values) {
+    PlantOptions options;
+    options.panels = whole<int>(values, "panels");
+    options.seed = whole<std::uint64_t>(values, "seed");
+    auto path = plant_path(options);
+    if (!path) {
+        return tl::unexpected(path.error());
+    }
+    auto scene = make_plant(options);
+    if (!scene) {
+        return tl::unexpected(scene.error());
+    }
+    return CatalogScene{std::move(*scene), std::move(*path)};
+}
+
+constexpr std::array<CatalogEntry, 12> kCatalog = {{
     {"island",
      "round island with 1117 instances of a willow, 40.6 million triangles",
      kIslandParameters,
@@ -412,6 +436,10 @@ constexpr std::array<CatalogEntry, 11> kCatalog = {{
      "array of pipes and elbows, 1 million triangles; a walk along its aisles",
      kPipesParameters,
      make_pipes_entry},
+    {"plant",
+     "coal-fired power plant, 2 million triangles; a walk around, in, up and out again",
+     kPlantParameters,
+     make_plant_entry},
 }};
 
 /// "a, b, c" for messages.

@@ -31,7 +31,8 @@ const std::map<std::string_view, scenes::SceneValues> kSmall = {
     {"knot", {{"along", 24.0}, {"around", 3.0}}},
     {"terrain", {{"posts", 9.0}}},
     {"trees", {{"count", 4.0}, {"triangles", 5000.0}}},
-    {"pipes", {{"triangles", 20000.0}}}};
+    {"pipes", {{"triangles", 20000.0}}},
+    {"plant", {{"panels", 1.0}}}};
 
 } // namespace
 

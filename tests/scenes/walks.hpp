@@ -20,6 +20,7 @@ namespace farfield::test {
 /// Eyes of all frames of a path.
 inline std::vector<glm::dvec3> eyes_of(const CameraPath& path) {
     std::vector<glm::dvec3> eyes;
+    eyes.reserve(static_cast<std::size_t>(path.frame_count));
     for (int frame = 0; frame < path.frame_count; ++frame) {
         eyes.push_back(eval::pose_at(path, frame).eye);
     }
