@@ -1,8 +1,9 @@
 // Casting and blending on the CPU: frames of the island of 1117 trees, an image of one tree, image
-// quads, which cost nothing but their pixels, splats and cubes, and projected keyframes. Pairs of
-// meshes.
+// quads, which cost nothing but their pixels, splats and cubes, projected keyframes, and layered
+// images. Pairs of meshes.
 #include "cells.hpp"
 #include "keyframes.hpp"
+#include "layers.hpp"
 #include "support/small_scene.hpp"
 #include <farfield/core/executor.hpp>
 #include <farfield/embree/closest_point.hpp>
@@ -265,6 +266,17 @@ void project(benchmark::State& state) {
     bench::show_keyframes(state, **made);
 }
 BENCHMARK(project)->Apply(bench::keyframe_arguments)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// Shows a layered image. @see bench::layer_arguments
+void show_layers(benchmark::State& state) {
+    const auto made = embree::EmbreeBackend::create(Scene(), nullptr);
+    if (!made) {
+        state.SkipWithError(made.error().message.c_str());
+        return;
+    }
+    bench::show_layers(state, **made);
+}
+BENCHMARK(show_layers)->Apply(bench::layer_arguments)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 /// Draws every n-th triangle of the ground and of a tree of the island, one by one.
 void cast_selected(benchmark::State& state) {

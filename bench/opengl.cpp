@@ -1,6 +1,8 @@
-// Splats, cubes, single triangles and projected keyframes on the device that OpenGL finds.
+// Splats, cubes, single triangles, projected keyframes and layered images on the device that OpenGL
+// finds.
 #include "cells.hpp"
 #include "keyframes.hpp"
+#include "layers.hpp"
 #include "support/small_scene.hpp"
 #include <farfield/opengl/context.hpp>
 #include <farfield/opengl/opengl_backend.hpp>
@@ -25,7 +27,7 @@ struct Device {
     std::unique_ptr<opengl::OpenGLBackend> backend;
     std::string error;
 
-    explicit Device(const Scene& scene) {
+    explicit Device(const Scene& scene, const opengl::OpenGLBackendOptions& options = {}) {
         if (auto made = opengl::HeadlessContext::create(); made) {
             context.emplace(std::move(*made));
         } else {
@@ -38,7 +40,7 @@ struct Device {
             error = made.error().message;
             return;
         }
-        if (auto made = opengl::OpenGLBackend::create(*source); made) {
+        if (auto made = opengl::OpenGLBackend::create(*source, options); made) {
             backend = std::move(*made);
         } else {
             error = made.error().message;
@@ -67,6 +69,24 @@ void project(benchmark::State& state) {
     bench::show_keyframes(state, *device.backend);
 }
 BENCHMARK(project)->Apply(bench::keyframe_arguments)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// Shows a layered image. @see bench::layer_arguments
+void show_layers(benchmark::State& state, opengl::LayerDrawing layers) {
+    const Device device(Scene(), {.layers = layers});
+    if (!device.error.empty()) {
+        state.SkipWithError(device.error.c_str());
+        return;
+    }
+    bench::show_layers(state, *device.backend);
+}
+BENCHMARK_CAPTURE(show_layers, points, opengl::LayerDrawing::points)
+    ->Apply(bench::layer_arguments)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(show_layers, warped, opengl::LayerDrawing::warped)
+    ->Apply(bench::layer_arguments)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 /// Draws every n-th triangle of a tree of 50,000, or with 0 the tree as an item.
 void draw_selected(benchmark::State& state) {
