@@ -27,6 +27,12 @@ inline constexpr double kLayeredRoundingPx = 1e-3;
 /// Depths likewise, of their own value.
 inline constexpr double kLayeredRoundingDepth = 1e-5;
 
+/// Of a pixel or texel in an array of rows.
+inline std::size_t place_in_rows(int x, int y, int width) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(x);
+}
+
 /// A square on the target.
 struct LayeredSquare {
     double x = 0.0; ///< [px] its middle, from the lower left
@@ -81,7 +87,7 @@ struct LayeredTruth {
 
 inline LayeredTruth layered_truth(const LayeredDepthImage& image, const View& view) {
     LayeredTruth truth;
-    truth.pixels.resize(static_cast<std::size_t>(view.width * view.height));
+    truth.pixels.resize(place_in_rows(0, view.height, view.width));
     std::vector<double> depths;
     for (std::size_t i = 0; i < image.samples.size(); ++i) {
         const LayeredSquare square = layered_square(image, image.samples[i], view);
@@ -107,7 +113,7 @@ inline LayeredTruth layered_truth(const LayeredDepthImage& image, const View& vi
                 const double off_x = std::abs(x + 0.5 - square.x) - half;
                 const double off_y = std::abs(y + 0.5 - square.y) - half;
                 LayeredTruth::Pixel& pixel =
-                    truth.pixels[static_cast<std::size_t>((view.height - 1 - y) * view.width + x)];
+                    truth.pixels[place_in_rows(x, view.height - 1 - y, view.width)];
                 const double off = std::max(off_x, off_y);
                 if (std::abs(off) < kLayeredRoundingPx || (at_end && off < 0.0)) {
                     pixel.sure = false;
@@ -156,8 +162,7 @@ tally_layers(const Picture& picture, const LayeredDepthImage& image, const Layer
     LayeredTally tally;
     for (int y = 0; y < picture.height; ++y) {
         for (int x = 0; x < picture.width; ++x) {
-            const LayeredTruth::Pixel& pixel =
-                truth.pixels[static_cast<std::size_t>(y * picture.width + x)];
+            const LayeredTruth::Pixel& pixel = truth.pixels[place_in_rows(x, y, picture.width)];
             if (!pixel.sure) {
                 continue;
             }
@@ -211,21 +216,22 @@ inline LayeredDepthImage random_layers(Random& random, const View& view, int var
     image.far_depth = 30.0;
     std::vector<LayeredSample> samples;
     constexpr int kTexels = 800;
-    std::vector<std::uint8_t> taken(
-        static_cast<std::size_t>(image.view.width * image.view.height), 0
-    );
+    std::vector<std::uint8_t> taken(place_in_rows(0, image.view.height, image.view.width), 0);
     while (samples.size() < 2 * kTexels) {
-        const std::uint32_t column = random.below(static_cast<std::uint32_t>(image.view.width));
-        const std::uint32_t row = random.below(static_cast<std::uint32_t>(image.view.height));
-        std::uint8_t& there = taken[row * static_cast<std::uint32_t>(image.view.width) + column];
+        const auto below = [&](int most) {
+            return static_cast<int>(random.below(static_cast<std::uint32_t>(most)));
+        };
+        const int column = below(image.view.width);
+        const int row = below(image.view.height);
+        std::uint8_t& there = taken[place_in_rows(column, row, image.view.width)];
         if (there != 0) {
             continue;
         }
         there = 1;
         for (std::uint32_t i = 0; i < 1 + random.below(4); ++i) {
             samples.push_back(
-                {.x = static_cast<std::uint16_t>(column * 16 + random.below(16)),
-                 .y = static_cast<std::uint16_t>(row * 16 + random.below(16)),
+                {.x = static_cast<std::uint16_t>(column * 16 + below(16)),
+                 .y = static_cast<std::uint16_t>(row * 16 + below(16)),
                  .depth = static_cast<std::uint16_t>(random.below(65536)),
                  .extent = static_cast<std::uint16_t>(
                      random.below(4) == 0 ? 25 + random.below(2000) : 25 + random.below(500)

@@ -93,7 +93,7 @@ Picture picture_of(const WarpedLayers& warped) {
     picture.height = warped.height;
     for (int y = warped.height - 1; y >= 0; --y) {
         for (int x = 0; x < warped.width; ++x) {
-            const Rgba& color = warped.colors[static_cast<std::size_t>(y * warped.width + x)];
+            const Rgba& color = warped.colors[place_in_rows(x, y, warped.width)];
             picture.rgba.insert(picture.rgba.end(), {color.r, color.g, color.b, 255});
         }
     }
@@ -127,8 +127,7 @@ TEST_CASE("From its own eye a layered image is the picture that it was made of")
         int wrong = 0;
         for (int y = 0; y < kSize; ++y) {
             for (int x = 0; x < kSize; ++x) {
-                const Rgba& color =
-                    image.samples[static_cast<std::size_t>((kSize - 1 - y) * kSize + x)].color;
+                const Rgba& color = image.samples[place_in_rows(x, kSize - 1 - y, kSize)].color;
                 wrong += color_at(picture, x, y) == Color{color.r, color.g, color.b, 255} ? 0 : 1;
             }
         }
@@ -328,6 +327,53 @@ TEST_CASE("Samples cover the pixels whose centres are in their squares, the near
     }
 }
 
+TEST_CASE("Of a square the left and lower edges are inside, the others not") {
+    const auto drawer = empty_drawer();
+    if (drawer == nullptr) {
+        return;
+    }
+    // From its own eye, through a window of powers of two, places and sides are exact: edges at
+    // sixteenths of a pixel, so that an eighth of them pass through centres.
+    Random random(43);
+    std::vector<LayeredSample> samples;
+    std::vector<bool> expected(place_in_rows(0, kSize, kSize), false);
+    for (int i = 0; i < 300; ++i) {
+        const auto below = [&](std::uint32_t most) { return static_cast<int>(random.below(most)); };
+        const int x = below(kSize * kLayeredSteps);
+        const int y = below(kSize * kLayeredSteps);
+        const int half = 1 + below(24); // [1/16 px]
+        samples.push_back(
+            {.x = static_cast<std::uint16_t>(x),
+             .y = static_cast<std::uint16_t>(y),
+             .depth = static_cast<std::uint16_t>(random.below(65536)),
+             .extent = static_cast<std::uint16_t>(2 * half * 256 / kLayeredSteps),
+             .color = kWhiteSample}
+        );
+        for (int row = 0; row < kSize; ++row) {
+            for (int column = 0; column < kSize; ++column) {
+                const int at_x = kLayeredSteps * column + kLayeredSteps / 2;
+                const int at_y = kLayeredSteps * row + kLayeredSteps / 2;
+                if (x - half <= at_x && at_x < x + half && y - half <= at_y && at_y < y + half) {
+                    expected[place_in_rows(column, kSize - 1 - row, kSize)] = true;
+                }
+            }
+        }
+    }
+    const LayeredDepthImage image = make_layers(flat_image(8.0, kWhiteSample), samples);
+    const Picture picture = draw(drawer->backend(), layers_plan({&image}), kSize, kSize);
+    int wrong = 0;
+    for (int y = 0; y < kSize; ++y) {
+        for (int x = 0; x < kSize; ++x) {
+            const bool shown = color_at(picture, x, y) != kBlack;
+            wrong += shown == expected[place_in_rows(x, y, kSize)] ? 0 : 1;
+        }
+    }
+    CHECK(wrong == 0);
+    const auto covered = std::count(expected.begin(), expected.end(), true);
+    CHECK(covered > 300);
+    CHECK(covered < kSize * kSize / 2);
+}
+
 TEST_CASE("Samples cover what splats at their points cover, sample by sample") {
     const auto drawer = empty_drawer();
     if (drawer == nullptr) {
@@ -443,7 +489,7 @@ TEST_CASE("Each pixel of layered images shows the point of its sample") {
     int checked = 0;
     for (int y = 0; y < view.height; ++y) {
         for (int x = 0; x < view.width; ++x) {
-            const auto pixel = static_cast<std::size_t>(y * view.width + x);
+            const auto pixel = place_in_rows(x, y, view.width);
             const PositionTexel& texel = positions.texels[pixel];
             if (color_at(colors, x, y) == kBlack) {
                 CHECK(texel == PositionTexel());
