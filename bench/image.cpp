@@ -1,19 +1,27 @@
 // The atlas as an image cache uses it: rectangles come and go, and the oldest go first when there
-// is no room. Cells of colour cubes. Pairs of grids of heights.
+// is no room. Cells of colour cubes. Pairs of grids of heights. Layered depth images.
 #include "image/cube_scenes.hpp"
 #include "image/height_fields.hpp"
+#include "image/layered_images.hpp"
+#include "support/thread_executor.hpp"
 #include <farfield/core/executor.hpp>
 #include <farfield/image/atlas.hpp>
 #include <farfield/image/build_color_cubes.hpp>
 #include <farfield/image/build_proxy.hpp>
+#include <farfield/image/layered_warp.hpp>
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <limits>
+#include <memory>
 #include <optional>
+#include <vector>
 
 namespace {
 
@@ -163,6 +171,117 @@ void validate_pair(benchmark::State& state) {
     }
 }
 
+/// Wavy layers in 512 x 384 texels, of which so many are in a texel on average.
+farfield::LayeredDepthImage wavy_layers(unsigned layers) {
+    using namespace farfield;
+    support::Random random(1);
+    const auto fill = [&](int column, int row, std::vector<LayeredSample>& samples) {
+        for (unsigned layer = 0; layer < 2 * layers; ++layer) {
+            // Every layer has patches of a few texels, half of them empty.
+            const double phase = 3.0 * layer;
+            if (std::sin(column * 0.21 + phase) * std::sin(row * 0.17 + phase) < 0.0) {
+                continue;
+            }
+            const double wave = std::sin(column * 0.02 + phase) + std::cos(row * 0.03 - phase);
+            const double depth = 60'000.0 * (layer + 0.9) / (2.0 * layers) + 1500.0 * wave;
+            samples.push_back(support::sample_in(
+                column,
+                row,
+                static_cast<unsigned>(std::max(depth, 0.0)),
+                random.below(kLayeredSteps),
+                random.below(kLayeredSteps)
+            ));
+            samples.back().extent = 290;
+            samples.back().color = support::random_color(random);
+        }
+    };
+    return support::layered_image(support::straight_view(512, 384), 10.0, 200.0, fill);
+}
+
+/// Eyes that the epipole is in the image, beside it, and infinitely far for.
+farfield::View warped_view(std::int64_t eye) {
+    farfield::View view = farfield::support::straight_view(512, 384);
+    constexpr std::array<glm::dvec3, 3> kEyes = {
+        glm::dvec3(0.2, 0.1, -1.0), glm::dvec3(0.8, 0.3, 0.3), glm::dvec3(1.0, 0.2, 0.0)};
+    view.eye = kEyes[static_cast<std::size_t>(eye)];
+    return view;
+}
+
+void warp_layers(benchmark::State& state) {
+    using namespace farfield;
+    const LayeredDepthImage image = wavy_layers(static_cast<unsigned>(state.range(0)));
+    const View view = warped_view(state.range(1));
+    std::unique_ptr<Executor> executor = std::make_unique<SerialExecutor>();
+    if (const auto threads = static_cast<unsigned>(state.range(2)); threads > 1) {
+        executor = std::make_unique<support::ThreadExecutor>(threads);
+    }
+    LayeredWarper warper;
+    WarpedLayers warped;
+    while (state.KeepRunning()) {
+        warper.warp(image, view, *executor, warped);
+        benchmark::DoNotOptimize(warped.colors.data());
+    }
+    const auto samples = static_cast<std::int64_t>(image.samples.size());
+    state.SetItemsProcessed(samples * state.iterations());
+    state.counters["layers"] =
+        static_cast<double>(samples) / static_cast<double>(image.counts.size());
+}
+
+/// The same with a depth buffer: samples as they are stored, one after the other.
+void warp_layers_depth_buffer(benchmark::State& state) {
+    using namespace farfield;
+    const LayeredDepthImage image = wavy_layers(static_cast<unsigned>(state.range(0)));
+    const View view = warped_view(state.range(1));
+    const LayeredTerms terms = layered_terms(image, view);
+    const auto pixels = static_cast<std::size_t>(view.width * view.height);
+    std::vector<glm::vec<4, std::uint8_t>> colors(pixels);
+    std::vector<float> depths(pixels);
+    while (state.KeepRunning()) {
+        std::fill(colors.begin(), colors.end(), glm::vec<4, std::uint8_t>(0));
+        std::fill(depths.begin(), depths.end(), std::numeric_limits<float>::infinity());
+        for (const LayeredSample& sample : image.samples) {
+            const auto depth = static_cast<float>(sample.depth);
+            const glm::vec3 seen = terms.columns[0] * static_cast<float>(sample.x) +
+                                   terms.columns[1] * static_cast<float>(sample.y) +
+                                   terms.columns[2] * depth + terms.columns[3];
+            const float z = seen.z / (terms.inverse_step * depth + terms.inverse_far);
+            if (z < terms.near_distance || z > terms.far_distance) {
+                continue;
+            }
+            const float inverse = 1.0F / seen.z;
+            const float half = 0.5F * static_cast<float>(sample.extent) * terms.size * inverse;
+            const auto pixel = [](float edge, int end) {
+                const float inside = std::clamp(edge - 0.5F, 0.0F, static_cast<float>(end));
+                const auto whole = static_cast<int>(inside);
+                return whole + static_cast<int>(static_cast<float>(whole) < inside);
+            };
+            const int x0 = pixel(seen.x * inverse - half, view.width);
+            const int x1 = pixel(seen.x * inverse + half, view.width);
+            const int y1 = pixel(seen.y * inverse + half, view.height);
+            for (int y = pixel(seen.y * inverse - half, view.height); y < y1; ++y) {
+                for (int x = x0; x < x1; ++x) {
+                    const auto at = static_cast<std::size_t>(y * view.width + x);
+                    if (z < depths[at]) {
+                        depths[at] = z;
+                        colors[at] = sample.color;
+                    }
+                }
+            }
+        }
+        benchmark::DoNotOptimize(colors.data());
+    }
+    state.SetItemsProcessed(static_cast<std::int64_t>(image.samples.size()) * state.iterations());
+}
+
+BENCHMARK(warp_layers)
+    ->ArgNames({"layers", "eye", "threads"})
+    ->ArgsProduct({{2, 3, 4}, {0, 1, 2}, {1, 2}})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK(warp_layers_depth_buffer)
+    ->ArgNames({"layers", "eye"})
+    ->ArgsProduct({{2, 3, 4}, {0}})
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK(pair_heights)
     ->ArgNames({"columns", "rows", "refined"})
     ->ArgsProduct({{513}, {513}, {0, 1}})

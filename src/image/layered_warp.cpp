@@ -2,7 +2,6 @@
 // three-dimensional computer graphics, 1997, in rings around the epipole instead of sheets beside
 // it: those order points of one ray, and rings order, but for a texel or two, those of neighbouring
 // rays as well, whose squares overlap.
-#include <farfield/core/assert.hpp>
 #include <farfield/image/layered_warp.hpp>
 
 #include <glm/common.hpp>
@@ -12,8 +11,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <limits>
 #include <span>
 
@@ -28,25 +29,44 @@ constexpr std::uint32_t kNoSample = UINT32_MAX;
 /// [texel] Side of the tiles that are skipped as a whole.
 constexpr std::int32_t kTile = 16;
 /// [px] Rows of the target that one task writes.
-constexpr std::int32_t kBand = 32;
+constexpr std::int32_t kBand = 48;
 /// Samples that are projected in step.
 constexpr std::size_t kBatch = 64;
 constexpr double kDepthSteps = 65535.0;
 
-/// Pixels [x0, x1) x [y0, y1) that a sample covers. Without any, y0 is the largest number there is,
-/// and y1 is 0.
+/// Pixels that a sample covers, in 32 bits for the sake of caches: the first one's x and y, 14 bits
+/// each, then width and height less one, 2 bits each.
+using CoverCode = std::uint32_t;
+constexpr int kPlaceBits = 14;
+constexpr int kSideBits = 2;
+constexpr std::int32_t kMostSide = 1 << kSideBits;
+constexpr CoverCode kPlaceMask = (1U << kPlaceBits) - 1;
+constexpr CoverCode kSideMask = kMostSide - 1;
+/// None; and more than there are bits for. Of squares these would leave the largest target.
+constexpr CoverCode kNothing = UINT32_MAX;
+constexpr CoverCode kLarge = UINT32_MAX - 1;
+
+/// Pixels [x0, x1) x [y0, y1), none where x0 >= x1 or y0 >= y1.
 struct Covered {
-    std::uint16_t x0 = 0;
-    std::uint16_t x1 = 0;
-    std::uint16_t y0 = UINT16_MAX;
-    std::uint16_t y1 = 0;
+    std::int32_t x0 = 0;
+    std::int32_t x1 = 0;
+    std::int32_t y0 = 0;
+    std::int32_t y1 = 0;
 };
 
 /// Rows [lo, hi) of the target.
 struct RowRange {
-    std::uint16_t lo = UINT16_MAX;
-    std::uint16_t hi = 0;
+    std::int32_t lo = INT32_MAX;
+    std::int32_t hi = 0;
 };
+
+inline void prefetch(const void* address) noexcept {
+#if defined(__GNUC__)
+    __builtin_prefetch(address);
+#else
+    static_cast<void>(address);
+#endif
+}
 
 /// Tangents of one texel, or of one pixel.
 dvec2 tangents_per_step(const View& view) noexcept {
@@ -120,7 +140,7 @@ struct Job {
     bool recedes = true; ///< in every texel what is farther from one eye is so from the other
     std::int32_t tiles_across = 0;
     std::int32_t tiles_up = 0;
-    std::span<Covered> covered{};      ///< by sample
+    std::span<CoverCode> covered{};    ///< by sample
     std::span<std::uint32_t> firsts{}; ///< of the samples of each texel, and their end
     std::span<RowRange> tiles{};       ///< what the samples of each tile reach
     std::span<std::uint32_t> shown{};  ///< by pixel
@@ -131,56 +151,108 @@ struct Job {
 // The loops over batches are written for vectors: no branches, numbers of one size in each.
 
 /// The first whole number not below `edge`, of those in [0, end].
-std::int32_t first_pixel(float edge, float end) noexcept {
+inline std::int32_t first_pixel(float edge, float end) noexcept {
     // In this form what is not a number becomes 0.
     const float inside = std::min(edge > 0.0F ? edge : 0.0F, end);
     const auto whole = static_cast<std::int32_t>(inside);
     return whole + static_cast<std::int32_t>(static_cast<float>(whole) < inside);
 }
 
-/// Works out what `count` samples cover. @pre count <= kBatch
-void cover_batch(
-    const Job& job, const LayeredSample* samples, Covered* covered, std::size_t count
+/// What a sample covers; that which is not between the planes has x1 = 0.
+inline Covered cover(
+    const LayeredTerms& terms, const glm::vec2& end, float x, float y, float depth, float extent
 ) noexcept {
-    const LayeredTerms& terms = job.terms;
-    std::array<float, kBatch> x;      // NOLINT(cppcoreguidelines-pro-type-member-init)
-    std::array<float, kBatch> y;      // NOLINT(cppcoreguidelines-pro-type-member-init)
-    std::array<float, kBatch> depth;  // NOLINT(cppcoreguidelines-pro-type-member-init)
-    std::array<float, kBatch> extent; // NOLINT(cppcoreguidelines-pro-type-member-init)
-    for (std::size_t i = 0; i < count; ++i) {
-        x[i] = static_cast<float>(samples[i].x);
-        y[i] = static_cast<float>(samples[i].y);
-        depth[i] = static_cast<float>(samples[i].depth);
-        extent[i] = static_cast<float>(samples[i].extent);
-    }
-    const auto width = static_cast<float>(job.width);
-    const auto height = static_cast<float>(job.height);
-    const float half_size = 0.5F * terms.size;
     const glm::mat4x3& columns = terms.columns;
+    const float window_x =
+        columns[0].x * x + columns[1].x * y + columns[2].x * depth + columns[3].x;
+    const float window_y =
+        columns[0].y * x + columns[1].y * y + columns[2].y * depth + columns[3].y;
+    const float window_w =
+        columns[0].z * x + columns[1].z * y + columns[2].z * depth + columns[3].z;
+    const float z = window_w / (terms.inverse_step * depth + terms.inverse_far);
+    const float inverse = 1.0F / window_w;
+    const float half = extent * (0.5F * terms.size) * inverse;
+    // A pixel's centre is half a pixel above its number.
+    const float center_x = window_x * inverse - 0.5F;
+    const float center_y = window_y * inverse - 0.5F;
+    const auto is_between =
+        static_cast<std::int32_t>((z >= terms.near_distance) & (z <= terms.far_distance));
+    return {
+        first_pixel(center_x - half, end.x),
+        first_pixel(center_x + half, end.x) & -is_between,
+        first_pixel(center_y - half, end.y),
+        first_pixel(center_y + half, end.y)};
+}
+
+glm::vec2 target_size(const Job& job) noexcept {
+    return {static_cast<float>(job.width), static_cast<float>(job.height)};
+}
+
+Covered cover(const Job& job, const LayeredSample& sample) noexcept {
+    return cover(
+        job.terms,
+        target_size(job),
+        static_cast<float>(sample.x),
+        static_cast<float>(sample.y),
+        static_cast<float>(sample.depth),
+        static_cast<float>(sample.extent)
+    );
+}
+
+/// Works out what `count` samples cover, and adds their rows to `rows`. @pre count <= kBatch
+void cover_batch(
+    const Job& job,
+    const LayeredSample* samples,
+    CoverCode* covered,
+    std::size_t count,
+    RowRange& rows
+) noexcept {
+    // x and y, depth and extent of each sample, as they stand in memory.
+    static_assert(offsetof(LayeredSample, x) == 0 && offsetof(LayeredSample, y) == 2);
+    static_assert(offsetof(LayeredSample, depth) == 4 && offsetof(LayeredSample, extent) == 6);
+    constexpr bool kLittle = std::endian::native == std::endian::little;
+    constexpr int kFirst = kLittle ? 0 : 16;
+    constexpr int kSecond = kLittle ? 16 : 0;
+    constexpr std::uint32_t kMask = 0xFFFF;
+    std::array<std::uint32_t, 2 * kBatch> pairs; // NOLINT(cppcoreguidelines-pro-type-member-init)
     for (std::size_t i = 0; i < count; ++i) {
-        const float window_x =
-            columns[0].x * x[i] + columns[1].x * y[i] + columns[2].x * depth[i] + columns[3].x;
-        const float window_y =
-            columns[0].y * x[i] + columns[1].y * y[i] + columns[2].y * depth[i] + columns[3].y;
-        const float window_w =
-            columns[0].z * x[i] + columns[1].z * y[i] + columns[2].z * depth[i] + columns[3].z;
-        const float z = window_w / (terms.inverse_step * depth[i] + terms.inverse_far);
-        const float inverse = 1.0F / window_w;
-        const float half = extent[i] * half_size * inverse;
-        // A pixel's centre is half a pixel above its number.
-        const float center_x = window_x * inverse - 0.5F;
-        const float center_y = window_y * inverse - 0.5F;
-        const std::int32_t x0 = first_pixel(center_x - half, width);
-        const std::int32_t x1 = first_pixel(center_x + half, width);
-        const std::int32_t y0 = first_pixel(center_y - half, height);
-        const std::int32_t y1 = first_pixel(center_y + half, height);
-        const auto is_shown = static_cast<std::int32_t>(
-            (z >= terms.near_distance) & (z <= terms.far_distance) & (x0 < x1) & (y0 < y1)
+        std::memcpy(&pairs[2 * i], &samples[i], 2 * sizeof(std::uint32_t));
+    }
+    // Whole numbers with a sign are turned into float with one instruction.
+    const auto number = [&](std::uint32_t pair, int shift) {
+        return static_cast<float>(static_cast<std::int32_t>((pair >> shift) & kMask));
+    };
+    const LayeredTerms terms = job.terms;
+    const glm::vec2 end = target_size(job);
+    std::array<std::int32_t, kBatch> lo; // NOLINT(cppcoreguidelines-pro-type-member-init)
+    std::array<std::int32_t, kBatch> hi; // NOLINT(cppcoreguidelines-pro-type-member-init)
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::uint32_t place = pairs[2 * i];
+        const std::uint32_t rest = pairs[2 * i + 1];
+        const Covered square = cover(
+            terms,
+            end,
+            number(place, kFirst),
+            number(place, kSecond),
+            number(rest, kFirst),
+            number(rest, kSecond)
         );
-        covered[i].x0 = static_cast<std::uint16_t>(x0);
-        covered[i].x1 = static_cast<std::uint16_t>(x1);
-        covered[i].y0 = static_cast<std::uint16_t>(y0 | (is_shown - 1));
-        covered[i].y1 = static_cast<std::uint16_t>(y1 & -is_shown);
+        const std::int32_t width = square.x1 - square.x0;
+        const std::int32_t height = square.y1 - square.y0;
+        const std::int32_t least = std::min(width, height);
+        const std::int32_t most = std::max(width, height);
+        const auto fine = static_cast<CoverCode>(square.x0) |
+                          static_cast<CoverCode>(square.y0) << kPlaceBits |
+                          static_cast<CoverCode>(width - 1) << (2 * kPlaceBits) |
+                          static_cast<CoverCode>(height - 1) << (2 * kPlaceBits + kSideBits);
+        const CoverCode shown = most > kMostSide ? kLarge : fine;
+        covered[i] = least > 0 ? shown : kNothing;
+        lo[i] = least > 0 ? square.y0 : INT32_MAX;
+        hi[i] = least > 0 ? square.y1 : 0;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        rows.lo = std::min(rows.lo, lo[i]);
+        rows.hi = std::max(rows.hi, hi[i]);
     }
 }
 
@@ -196,12 +268,6 @@ void project_tiles(const Job& job, std::int32_t tile_row) noexcept {
     std::fill(tiles.begin(), tiles.end(), RowRange{});
     for (std::int32_t row = tile_row * kTile; row < row_end; ++row) {
         const auto at = static_cast<std::size_t>(row);
-        const std::uint32_t end = image.rows[at + 1];
-        for (std::size_t i = image.rows[at]; i < end; i += kBatch) {
-            cover_batch(
-                job, &image.samples[i], &job.covered[i], std::min<std::size_t>(kBatch, end - i)
-            );
-        }
         std::uint32_t next = image.rows[at];
         std::size_t texel = at * static_cast<std::size_t>(columns);
         for (RowRange& tile : tiles) {
@@ -212,9 +278,9 @@ void project_tiles(const Job& job, std::int32_t tile_row) noexcept {
                 job.firsts[texel] = next;
                 next += image.counts[texel];
             }
-            for (std::uint32_t i = begin; i < next; ++i) {
-                tile.lo = std::min(tile.lo, job.covered[i].y0);
-                tile.hi = std::max(tile.hi, job.covered[i].y1);
+            for (std::size_t i = begin; i < next; i += kBatch) {
+                const std::size_t count = std::min<std::size_t>(kBatch, next - i);
+                cover_batch(job, &image.samples[i], &job.covered[i], count, tile);
             }
         }
     }
@@ -305,7 +371,15 @@ class BandWriter {
             const std::int32_t tile_end = std::min((row / kTile + 1) * kTile, end);
             if (reaches(column, row)) {
                 for (; row < tile_end; ++row) {
-                    draw_texel(texel_at(column, row));
+                    const std::size_t texel = texel_at(column, row);
+                    constexpr std::int32_t kAhead = 8;
+                    if (row + kAhead < rows_) {
+                        prefetch(
+                            &job_.covered
+                                 [job_.firsts[texel + static_cast<std::size_t>(kAhead * columns_)]]
+                        );
+                    }
+                    draw_texel(texel);
                 }
             }
             row = tile_end;
@@ -341,29 +415,49 @@ class BandWriter {
     }
 
     void draw(std::uint32_t sample) const noexcept {
-        const Covered covered = job_.covered[sample];
-        const std::int32_t y0 = std::max<std::int32_t>(covered.y0, lo_);
-        const std::int32_t y1 = std::min<std::int32_t>(covered.y1, hi_);
+        const CoverCode code = job_.covered[sample];
+        if (code >= kLarge) {
+            if (code == kLarge) {
+                fill(cover(job_, job_.image.samples[sample]), sample);
+            }
+            return;
+        }
+        Covered covered;
+        covered.x0 = static_cast<std::int32_t>(code & kPlaceMask);
+        covered.y0 = static_cast<std::int32_t>(code >> kPlaceBits & kPlaceMask);
+        covered.x1 =
+            covered.x0 + 1 + static_cast<std::int32_t>(code >> (2 * kPlaceBits) & kSideMask);
+        covered.y1 =
+            covered.y0 + 1 + static_cast<std::int32_t>(code >> (2 * kPlaceBits + kSideBits));
+        const std::int32_t y0 = std::max(covered.y0, lo_);
+        const std::int32_t y1 = std::min(covered.y1, hi_);
         if (y0 >= y1) {
             return;
         }
-        const std::int32_t x0 = covered.x0;
-        const std::int32_t x1 = covered.x1;
-        const auto width = static_cast<std::size_t>(job_.width);
-        std::uint32_t* row = &job_.shown[static_cast<std::size_t>(y0) * width];
-        if (x1 - x0 <= 2 && y1 - y0 <= 2) {
-            // Nearly all are so small, and no guess of how small is right often enough: without a
-            // branch some pixels are written twice.
-            std::uint32_t* last = row + static_cast<std::size_t>(y1 - 1 - y0) * width;
-            row[x0] = sample;
-            row[x1 - 1] = sample;
-            last[x0] = sample;
-            last[x1 - 1] = sample;
+        if (covered.x1 - covered.x0 > 2 || y1 - y0 > 2) {
+            fill(covered, sample);
             return;
         }
-        for (std::int32_t y = y0; y < y1; ++y, row += width) {
-            std::fill(row + x0, row + x1, sample);
+        // Nearly all are so small, and no guess of how small is right often enough: without a
+        // branch some pixels are written twice.
+        std::uint32_t* first = row_at(y0);
+        std::uint32_t* last = row_at(y1 - 1);
+        first[covered.x0] = sample;
+        first[covered.x1 - 1] = sample;
+        last[covered.x0] = sample;
+        last[covered.x1 - 1] = sample;
+    }
+
+    void fill(const Covered& covered, std::uint32_t sample) const noexcept {
+        const std::int32_t y1 = std::min(covered.y1, hi_);
+        for (std::int32_t y = std::max(covered.y0, lo_); y < y1; ++y) {
+            std::fill(row_at(y) + covered.x0, row_at(y) + covered.x1, sample);
         }
+    }
+
+    [[nodiscard]] std::uint32_t* row_at(std::int32_t y) const noexcept {
+        return job_.shown.data() +
+               static_cast<std::size_t>(y) * static_cast<std::size_t>(job_.width);
     }
 
     /// Colours and depths of the samples that are shown in the pixels [first, end).
@@ -377,6 +471,8 @@ class BandWriter {
                 job_.depths[pixel] = std::numeric_limits<float>::infinity();
                 continue;
             }
+            const std::uint32_t later = job_.shown[std::min(pixel + 24, end - 1)];
+            prefetch(job_.image.samples.data() + (later == kNoSample ? 0 : later));
             const LayeredSample& sample = job_.image.samples[shown];
             const auto x = static_cast<float>(sample.x);
             const auto y = static_cast<float>(sample.y);
@@ -445,7 +541,7 @@ LayeredTerms layered_terms(const LayeredDepthImage& image, const View& view) noe
 }
 
 struct LayeredWarper::Impl {
-    std::vector<Covered> covered;
+    std::vector<CoverCode> covered;
     std::vector<std::uint32_t> firsts;
     std::vector<RowRange> tiles;
     std::vector<std::uint32_t> shown; ///< where samples are not kept
