@@ -1,5 +1,6 @@
 // The atlas as an image cache uses it: rectangles come and go, and the oldest go first when there
 // is no room. Cells of colour cubes. Pairs of grids of heights. Layered depth images.
+#include "image/analytic_views.hpp"
 #include "image/cube_scenes.hpp"
 #include "image/height_fields.hpp"
 #include "image/layered_images.hpp"
@@ -7,6 +8,7 @@
 #include <farfield/core/executor.hpp>
 #include <farfield/image/atlas.hpp>
 #include <farfield/image/build_color_cubes.hpp>
+#include <farfield/image/build_layered_image.hpp>
 #include <farfield/image/build_proxy.hpp>
 #include <farfield/image/layered_warp.hpp>
 
@@ -273,6 +275,36 @@ void warp_layers_depth_buffer(benchmark::State& state) {
     state.SetItemsProcessed(static_cast<std::int64_t>(image.samples.size()) * state.iterations());
 }
 
+/// Nine pictures of balls in a room.
+void merge_views(benchmark::State& state) {
+    using namespace farfield;
+    View central = support::straight_view(512, 384);
+    central.lens.far_distance = 60.0;
+    support::AnalyticScene scene;
+    scene.balls = {{{-2.0, 0.5, -10.0}, 1.5}, {{1.5, -0.5, -8.0}, 1.0}, {{0.3, 1.2, -14.0}, 2.0}};
+    scene.planes = {
+        {{0.0, 1.0, 0.0}, -3.0},
+        {glm::normalize(glm::dvec3(1.0, 0.0, 0.15)), -6.0},
+        {{0.0, 0.0, 1.0}, -20.0}};
+    std::vector<ConstructionView> views;
+    for (const View& view : support::construction_views(central, 8.0)) {
+        views.push_back(scene.picture(view));
+    }
+    const std::vector<glm::dmat4x3> frames = scene.frames();
+    LayeredImageQuality quality;
+    while (state.KeepRunning()) {
+        const auto built = build_layered_image(central, views, frames);
+        if (!built) {
+            state.SkipWithError(built.error().message.c_str());
+            return;
+        }
+        quality = built->quality;
+    }
+    state.SetItemsProcessed(static_cast<std::int64_t>(quality.seen) * state.iterations());
+    state.counters["layers"] = quality.mean_layers;
+}
+
+BENCHMARK(merge_views)->Unit(benchmark::kMillisecond);
 BENCHMARK(warp_layers)
     ->ArgNames({"layers", "eye", "threads"})
     ->ArgsProduct({{2, 3, 4}, {0, 1, 2}, {1, 2}})

@@ -19,6 +19,7 @@
 #include <farfield/gpu/plan_work.hpp>
 #include <farfield/image/atlas.hpp>
 #include <farfield/image/build_color_cubes.hpp>
+#include <farfield/image/build_layered_image.hpp>
 #include <farfield/image/build_proxy.hpp>
 #include <farfield/image/color_cube.hpp>
 #include <farfield/image/color_cube_model.hpp>
