@@ -31,7 +31,7 @@ Result<CameraPath> plant_path(const PlantOptions& options) {
          {-kFlightX, kEye, kFlightFoot},
          {-kFlightX, kEye, kRackZ},
          {-kFlightX, kEye, 16.0},
-         {0.0, kEye, 26.0}}};
+         {-34.0, kEye, 13.5}}};
     return level_walk(
         corners,
         {.frames = 400,
