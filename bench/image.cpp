@@ -217,10 +217,11 @@ void warp_layers(benchmark::State& state) {
     if (const auto threads = static_cast<unsigned>(state.range(2)); threads > 1) {
         executor = std::make_unique<support::ThreadExecutor>(threads);
     }
+    const auto front = state.range(3) == 0 ? LayeredFront::order : LayeredFront::depth;
     LayeredWarper warper;
     WarpedLayers warped;
     while (state.KeepRunning()) {
-        warper.warp(image, view, *executor, warped);
+        warper.warp(image, view, *executor, warped, false, front);
         benchmark::DoNotOptimize(warped.colors.data());
     }
     const auto samples = static_cast<std::int64_t>(image.samples.size());
@@ -306,8 +307,8 @@ void merge_views(benchmark::State& state) {
 
 BENCHMARK(merge_views)->Unit(benchmark::kMillisecond);
 BENCHMARK(warp_layers)
-    ->ArgNames({"layers", "eye", "threads"})
-    ->ArgsProduct({{2, 3, 4}, {0, 1, 2}, {1, 2}})
+    ->ArgNames({"layers", "eye", "threads", "by_depth"})
+    ->ArgsProduct({{2, 3, 4}, {0, 1, 2}, {1, 2}, {0, 1}})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 BENCHMARK(warp_layers_depth_buffer)

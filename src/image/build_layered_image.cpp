@@ -1,3 +1,4 @@
+#include "image/layered_rays.hpp"
 #include <farfield/image/build_layered_image.hpp>
 
 #include <glm/common.hpp>
@@ -20,6 +21,7 @@ namespace farfield {
 
 namespace {
 
+using detail::tangents_per_step;
 using glm::dvec2;
 using glm::dvec3;
 using glm::vec3;
@@ -94,13 +96,6 @@ Result<void> check(
         }
     }
     return {};
-}
-
-dvec2 tangents_per_step(const View& view) noexcept {
-    const Lens& lens = view.lens;
-    return {
-        (lens.right - lens.left) / static_cast<double>(view.width),
-        (lens.top - lens.bottom) / static_cast<double>(view.height)};
 }
 
 /// A sample that is kept, before depths are known to all.

@@ -125,11 +125,12 @@ Nearest nearest_samples(const LayeredDepthImage& image, const View& view) {
     return nearest;
 }
 
-WarpedLayers warp(const LayeredDepthImage& image, const View& view) {
+WarpedLayers
+warp(const LayeredDepthImage& image, const View& view, LayeredFront front = LayeredFront::order) {
     SerialExecutor executor;
     LayeredWarper warper;
     WarpedLayers warped;
-    warper.warp(image, view, executor, warped, true);
+    warper.warp(image, view, executor, warped, true, front);
     return warped;
 }
 
@@ -145,6 +146,9 @@ void compare(const LayeredDepthImage& image, const View& view, Agreement& agreem
     REQUIRE(validate(view).has_value());
     const WarpedLayers warped = warp(image, view);
     const Nearest nearest = nearest_samples(image, view);
+    const WarpedLayers by_depth = warp(image, view, LayeredFront::depth);
+    CHECK(by_depth.samples == nearest.samples);
+    CHECK(by_depth.depths == nearest.depths);
     const LayeredTerms terms = layered_terms(image, view);
     REQUIRE(warped.width == view.width);
     REQUIRE(warped.height == view.height);
@@ -161,6 +165,7 @@ void compare(const LayeredDepthImage& image, const View& view, Agreement& agreem
         }
         if (shown == kNoSample) {
             wrong += warped.colors[pixel] == glm::vec<4, std::uint8_t>(0) ? 0 : 1;
+            wrong += by_depth.colors[pixel] == glm::vec<4, std::uint8_t>(0) ? 0 : 1;
             wrong += std::isinf(warped.depths[pixel]) ? 0 : 1;
             continue;
         }
@@ -168,6 +173,7 @@ void compare(const LayeredDepthImage& image, const View& view, Agreement& agreem
         const LayeredSample& sample = image.samples[shown];
         const LayeredSample& other = image.samples[expected];
         wrong += warped.colors[pixel] == sample.color ? 0 : 1;
+        wrong += by_depth.colors[pixel] == other.color ? 0 : 1;
         const float z = square_of(terms, sample, view).z;
         wrong += warped.depths[pixel] == z ? 0 : 1;
         if (z == nearest.depths[pixel]) {
@@ -511,21 +517,23 @@ TEST_CASE("a warp is the same with every executor, and with samples or without")
     Random random(31);
     const LayeredDepthImage image = random_layers(random, straight_view(70, 50), 3.0, 30.0, 4);
     const View view = turned(straight_view(150, 133), {0.4, 0.2, -0.9}, 0.1, 0.05);
-    const WarpedLayers expected = warp(image, view);
-    LayeredWarper warper;
-    WarpedLayers warped;
-    BackwardExecutor backward;
-    warper.warp(image, view, backward, warped, true);
-    CHECK(same(warped, expected));
-    for (const unsigned threads : {1U, 2U, 5U}) {
-        ThreadExecutor executor(threads);
-        warper.warp(image, view, executor, warped, true);
+    for (const LayeredFront front : {LayeredFront::order, LayeredFront::depth}) {
+        const WarpedLayers expected = warp(image, view, front);
+        LayeredWarper warper;
+        WarpedLayers warped;
+        BackwardExecutor backward;
+        warper.warp(image, view, backward, warped, true, front);
         CHECK(same(warped, expected));
+        for (const unsigned threads : {1U, 2U, 5U}) {
+            ThreadExecutor executor(threads);
+            warper.warp(image, view, executor, warped, true, front);
+            CHECK(same(warped, expected));
+        }
+        warper.warp(image, view, backward, warped, false, front);
+        CHECK(warped.samples.empty());
+        CHECK(warped.colors == expected.colors);
+        CHECK(warped.depths == expected.depths);
     }
-    warper.warp(image, view, backward, warped);
-    CHECK(warped.samples.empty());
-    CHECK(warped.colors == expected.colors);
-    CHECK(warped.depths == expected.depths);
 }
 
 TEST_CASE("a warm warper allocates nothing, for other images neither") {
@@ -538,14 +546,19 @@ TEST_CASE("a warm warper allocates nothing, for other images neither") {
     LayeredWarper warper;
     WarpedLayers warped;
     SerialExecutor executor;
-    warper.warp(large, view, executor, warped, true);
-    warper.warp(large, view, executor, warped, false);
+    const auto warp_all = [&] {
+        for (const LayeredFront front : {LayeredFront::depth, LayeredFront::order}) {
+            for (const bool keep_samples : {false, true}) {
+                warper.warp(large, view, executor, warped, keep_samples, front);
+                warper.warp(large, less, executor, warped, keep_samples, front);
+                warper.warp(small, view, executor, warped, keep_samples, front);
+                warper.warp(small, less, executor, warped, keep_samples, front);
+            }
+        }
+    };
+    warp_all();
     const std::uint64_t before = allocation_count();
-    warper.warp(large, view, executor, warped, false);
-    warper.warp(large, view, executor, warped, true);
-    warper.warp(large, less, executor, warped, false);
-    warper.warp(small, view, executor, warped, false);
-    warper.warp(small, less, executor, warped, true);
+    warp_all();
     CHECK(allocation_count() == before);
     // What was there before does not show.
     CHECK(same(warped, expected));

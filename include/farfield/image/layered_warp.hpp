@@ -48,9 +48,15 @@ struct WarpedLayers {
     std::vector<std::uint32_t> samples; ///< which one is shown, `UINT32_MAX`: none; or empty
 };
 
-/// Warps layered depth images on the processor, without a depth buffer: texels are visited in an
-/// order of McMillan's kind, so that what is farther is drawn first.
+/// How a warp tells which sample of a pixel is in front.
+enum class LayeredFront : std::uint8_t {
+    order, ///< without depths: texels are drawn in an order of McMillan's kind, far ones first
+    depth, ///< by depths: the nearest sample is shown, of equals the first in the image
+};
+
+/// Warps layered depth images on the processor.
 ///
+/// By `LayeredFront::order` no depths are compared.
 /// The eye of the view is seen somewhere in the image, at the epipole. Along every ray of that eye
 /// what is farther is farther from the epipole too, or nearer to it where the eye is behind that of
 /// the image. So rings of texels around the epipole are drawn one after the other, square ones.
@@ -59,7 +65,10 @@ struct WarpedLayers {
 /// points at their depths on the ray of the pixel are, seen from the image's eye, no more than 2
 /// texels apart and as much as either point is from its sample. Distances here are the larger of
 /// those along x and y. Of samples on one ray of the image's eye, in a texel that has no others,
-/// it shows the nearer one.
+/// it shows the nearer one. So from eyes that see less than 2 texels of parallax, what is hidden
+/// may show through at every pixel of what hides it, where other samples than those of the image's
+/// own eye are there: those do not stand in the middle of their texels, and overlap all neighbours.
+/// `LayeredFront::depth` is right there.
 /// @par Source McMillan 1997, An image-based approach to three-dimensional computer graphics,
 /// chapter 3. The sheets there, parted by row and column of the epipole, order points; but of
 /// squares on neighbouring rays, which overlap, they may show either, whatever the depths.
@@ -72,6 +81,7 @@ class LayeredWarper {
 
     /// @param executor shares the work; the result does not depend on it
     /// @param keep_samples fills `WarpedLayers::samples`
+    /// @param front how what is in front is told
     /// @pre validate(image), validate(view)
     /// @par Cost linear in samples, texels and pixels; allocates nothing once warm
     void warp(
@@ -79,7 +89,8 @@ class LayeredWarper {
         const View& view,
         Executor& executor,
         WarpedLayers& warped,
-        bool keep_samples = false
+        bool keep_samples = false,
+        LayeredFront front = LayeredFront::order
     ) noexcept;
 
   private:
