@@ -50,28 +50,35 @@ struct WarpedLayers {
 
 /// How a warp tells which sample of a pixel is in front.
 enum class LayeredFront : std::uint8_t {
-    order, ///< without depths: texels are drawn in an order of McMillan's kind, far ones first
-    depth, ///< by depths: the nearest sample is shown, of equals the first in the image
+    /// By the order in which texels are drawn, that of McMillan in another form: no depths are kept
+    /// or compared.
+    ///
+    /// The eye of the view is seen somewhere in the image, at the epipole. Along every ray of that
+    /// eye what is farther is farther from the epipole too, or nearer to it where the eye is behind
+    /// that of the image. So square rings of texels around the epipole are drawn one after the
+    /// other.
+    ///
+    /// Of two samples of one pixel the nearer one is shown unless they are nearly as far: unless
+    /// the
+    /// points at their depths on the ray of the pixel are, seen from the image's eye, no more than
+    /// 2
+    /// texels farther apart than either point is from its sample, both added up. Distances here are
+    /// the larger of those along x and y. Of samples on one ray of the image's eye, in a texel that
+    /// has no others, the nearer one is shown.
+    ///
+    /// Blind spot: for eyes that see less than 2 texels of parallax, what is hidden may show
+    /// through
+    /// at every pixel of what hides it, if it is of views from elsewhere: then it does not stand in
+    /// the middle of its texel, and overlaps all neighbours.
+    /// @par Source McMillan 1997, An image-based approach to three-dimensional computer graphics,
+    /// chapter 3. The sheets there, parted by row and column of the epipole, order points; but of
+    /// squares on neighbouring rays, which overlap, they may show either, whatever the depths.
+    order,
+    /// By depths: the nearest sample is shown, of equals the first in the image. As fast.
+    depth,
 };
 
 /// Warps layered depth images on the processor.
-///
-/// By `LayeredFront::order` no depths are compared.
-/// The eye of the view is seen somewhere in the image, at the epipole. Along every ray of that eye
-/// what is farther is farther from the epipole too, or nearer to it where the eye is behind that of
-/// the image. So rings of texels around the epipole are drawn one after the other, square ones.
-///
-/// Of two samples of one pixel this shows the nearer one unless they are nearly as far: unless the
-/// points at their depths on the ray of the pixel are, seen from the image's eye, no more than 2
-/// texels apart and as much as either point is from its sample. Distances here are the larger of
-/// those along x and y. Of samples on one ray of the image's eye, in a texel that has no others,
-/// it shows the nearer one. So from eyes that see less than 2 texels of parallax, what is hidden
-/// may show through at every pixel of what hides it, where other samples than those of the image's
-/// own eye are there: those do not stand in the middle of their texels, and overlap all neighbours.
-/// `LayeredFront::depth` is right there.
-/// @par Source McMillan 1997, An image-based approach to three-dimensional computer graphics,
-/// chapter 3. The sheets there, parted by row and column of the epipole, order points; but of
-/// squares on neighbouring rays, which overlap, they may show either, whatever the depths.
 class LayeredWarper {
   public:
     LayeredWarper();
