@@ -200,7 +200,7 @@ inline View random_layered_view(Random& random) {
     );
 }
 
-/// Some 2000 samples in texels before the eye of a view, up to four in each, of sides from a tenth
+/// Some 1600 samples in texels before the eye of a view, up to four in each, of sides from a tenth
 /// of a texel up to several; in the colours of their numbers.
 /// @param variant of 0 the eye is that of the view, and so is the window; of others nearby
 inline LayeredDepthImage random_layers(Random& random, const View& view, int variant) {
@@ -215,9 +215,9 @@ inline LayeredDepthImage random_layers(Random& random, const View& view, int var
     image.near_depth = 2.5;
     image.far_depth = 30.0;
     std::vector<LayeredSample> samples;
-    constexpr int kTexels = 800;
+    constexpr std::size_t kSamples = 1600;
     std::vector<std::uint8_t> taken(place_in_rows(0, image.view.height, image.view.width), 0);
-    while (samples.size() < 2 * kTexels) {
+    while (samples.size() < kSamples) {
         const auto below = [&](int most) {
             return static_cast<int>(random.below(static_cast<std::uint32_t>(most)));
         };
