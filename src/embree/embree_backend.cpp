@@ -425,7 +425,12 @@ void EmbreeBackend::Impl::add_layers(
             const View view =
                 samples.size() == 1 ? pass.view : gpu::view_of_sample(pass.view, glm::dvec2(place));
             warper.warp(
-                *layers.image, view, executor, work.warped[work.warped_count++], options.positions
+                *layers.image,
+                view,
+                executor,
+                work.warped[work.warped_count++],
+                options.positions,
+                LayeredFront::depth
             );
         }
         work.layers.push_back(layers);

@@ -176,7 +176,7 @@ void LayerPictures::draw(
     for (std::size_t sample = 0; sample < places.size(); ++sample) {
         const View view =
             places.size() == 1 ? pass.view : gpu::view_of_sample(pass.view, places[sample]);
-        warper_.warp(image, view, executor, warped_, positions);
+        warper_.warp(image, view, executor, warped_, positions, LayeredFront::depth);
         if (positions) {
             find_points(image, view, node);
         }

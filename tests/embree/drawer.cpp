@@ -13,7 +13,6 @@ class CastDrawer final : public Drawer {
     explicit CastDrawer(std::unique_ptr<embree::EmbreeBackend> caster)
         : caster_(std::move(caster)) {}
     [[nodiscard]] Backend& backend() override { return *caster_; }
-    [[nodiscard]] bool warps_layers() const override { return true; }
     [[nodiscard]] Result<void>
     set_transform(ItemId item, const glm::dmat4x3& object_to_world) override {
         return caster_->set_transform(item, object_to_world);

@@ -19,8 +19,6 @@ class Drawer {
     virtual ~Drawer() = default;
 
     [[nodiscard]] virtual Backend& backend() = 0;
-    /// Whether layered images are warped without a depth buffer of their own.
-    [[nodiscard]] virtual bool warps_layers() const { return false; }
     /// Of what draws the scene.
     [[nodiscard]] virtual Result<void>
     set_transform(ItemId item, const glm::dmat4x3& object_to_world) = 0;

@@ -11,7 +11,6 @@ class WarpingDrawer final : public Drawer {
   public:
     explicit WarpingDrawer(std::unique_ptr<Device> device) : device_(std::move(device)) {}
     [[nodiscard]] Backend& backend() override { return *device_->backend; }
-    [[nodiscard]] bool warps_layers() const override { return true; }
     [[nodiscard]] Result<void>
     set_transform(ItemId item, const glm::dmat4x3& object_to_world) override {
         return device_->source->set_transform(item, object_to_world);

@@ -33,8 +33,8 @@ struct EmbreeBackendOptions {
 /// filtered trilinearly, with the footprint of the pixel on the triangle.
 ///
 /// Layered depth images are warped with `LayeredWarper`, once for each sample of a pixel, and then
-/// stand among what is cast. Where squares of one image overlap, any of these may be shown. Each
-/// that a batch shows takes 8 bytes for every sample of the pass; that memory is kept.
+/// stand among what is cast. Each that a batch shows takes 8 bytes for every sample of the pass;
+/// that memory is kept.
 ///
 /// Samples: `n` samples a pixel lie in the `n` rows and columns of the pixel, one in each, after
 /// Hammersley; one sample is its centre. They are averaged as encoded. Image quads are filtered

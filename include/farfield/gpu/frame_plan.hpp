@@ -177,8 +177,7 @@ struct Command {
         /// sees it, and in its own if none does. What geometry cuts out stays cut out.
         projected,
         /// The samples of layered depth images: each covers what a `Splat` at its point covers that
-        /// is opaque and as large as `image/layered_warp.hpp` says; depth tested and written. Where
-        /// squares of one image overlap, backends that warp may show any of them.
+        /// is opaque and as large as `image/layered_warp.hpp` says; depth tested and written.
         layers,
     };
     static constexpr std::uint32_t kNoClip = UINT32_MAX;

@@ -42,8 +42,7 @@ struct OpenGLBackendOptions {
 /// exist, are of the right kind, and hold what is drawn or copied to them. Whether items exist and
 /// images were ever made only `NullBackend` checks.
 ///
-/// Layered depth images drawn as points are exact, sample by sample of the target. Warped ones are
-/// too, but where squares of one image overlap: any of these may be shown there.
+/// Layered depth images are exact, sample by sample of the target, in whichever way they are drawn.
 ///
 /// Images are rendered in one scratch page with a 32-bit float reverse-z depth buffer, many in a
 /// batch, and copied to their pages. Colours are blended as encoded (`GL_FRAMEBUFFER_SRGB` is off).
