@@ -236,7 +236,7 @@ void warp_layers_depth_buffer(benchmark::State& state) {
     const LayeredDepthImage image = wavy_layers(static_cast<unsigned>(state.range(0)));
     const View view = warped_view(state.range(1));
     const LayeredTerms terms = layered_terms(image, view);
-    const auto pixels = static_cast<std::size_t>(view.width * view.height);
+    const auto pixels = support::pixel_count(view);
     std::vector<glm::vec<4, std::uint8_t>> colors(pixels);
     std::vector<float> depths(pixels);
     while (state.KeepRunning()) {
@@ -263,7 +263,7 @@ void warp_layers_depth_buffer(benchmark::State& state) {
             const int y1 = pixel(seen.y * inverse + half, view.height);
             for (int y = pixel(seen.y * inverse - half, view.height); y < y1; ++y) {
                 for (int x = x0; x < x1; ++x) {
-                    const auto at = static_cast<std::size_t>(y * view.width + x);
+                    const auto at = support::pixel_at(view, x, y);
                     if (z < depths[at]) {
                         depths[at] = z;
                         colors[at] = sample.color;

@@ -69,8 +69,8 @@ struct Band {
 /// True if samples of the tile of a texel reach into a band.
 [[nodiscard]] inline bool
 reaches(const LayeredJob& job, std::int32_t column, std::int32_t row, const Band& band) noexcept {
-    const RowRange& tile =
-        job.tiles[static_cast<std::size_t>(row / kTile * job.tiles_across + column / kTile)];
+    const std::int32_t number = row / kTile * job.tiles_across + column / kTile;
+    const RowRange& tile = job.tiles[static_cast<std::size_t>(number)];
     return tile.lo < band.hi && tile.hi > band.lo;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "image/layered_images.hpp"
 #include <farfield/image/build_layered_image.hpp>
 #include <farfield/math/view.hpp>
 
@@ -86,7 +87,7 @@ struct AnalyticScene {
         made.view = view;
         made.colors.width = made.positions.width = view.width;
         made.colors.height = made.positions.height = view.height;
-        const auto pixels = static_cast<std::size_t>(view.width * view.height);
+        const auto pixels = pixel_count(view);
         made.colors.rgba.assign(4 * pixels, 0);
         made.positions.texels.resize(pixels);
         std::size_t at = 0;

@@ -60,6 +60,7 @@ AnalyticScene wall_scene() {
 
 std::vector<ConstructionView> pictures(const AnalyticScene& scene, const std::vector<View>& views) {
     std::vector<ConstructionView> all;
+    all.reserve(views.size());
     for (const View& view : views) {
         all.push_back(scene.picture(view));
     }
@@ -106,7 +107,7 @@ look(const AnalyticScene& scene, const BuiltLayeredImage& built, const std::vect
         warper.warp(built.image, view, executor, warped, true);
         const PositionPicture truth = scene.picture(view).positions;
         const auto item_at = [&](int x, int y) {
-            return truth.texels[static_cast<std::size_t>((view.height - 1 - y) * view.width + x)];
+            return truth.texels[pixel_at(view, x, view.height - 1 - y)];
         };
         for (int y = 0; y + 1 < view.height; ++y) {
             for (int x = 0; x + 1 < view.width; ++x) {
@@ -115,8 +116,7 @@ look(const AnalyticScene& scene, const BuiltLayeredImage& built, const std::vect
                     there.item != item_at(x + 1, y).item || there.item != item_at(x, y + 1).item
                         ? 1
                         : 0;
-                const std::uint32_t shown =
-                    warped.samples[static_cast<std::size_t>(y * view.width + x)];
+                const std::uint32_t shown = warped.samples[pixel_at(view, x, y)];
                 const ItemId item =
                     shown == UINT32_MAX ? kNone<ItemId> : built.image.points[shown].item;
                 if (item != there.item && index_of(item) < scene.balls.size()) {
@@ -151,7 +151,7 @@ TEST_CASE("a wall straight ahead is one sample a texel, in its middle") {
     const BuiltLayeredImage built = build(scene, central, {scene.picture(central)});
     const LayeredDepthImage& image = built.image;
     CHECK(image.view == central);
-    REQUIRE(image.samples.size() == 32 * 24);
+    REQUIRE(image.samples.size() == pixel_count(central));
     CHECK(built.quality.most_layers == 1);
     CHECK(built.quality.mean_layers == 1.0);
     CHECK(image.near_depth == Approx(10.0).epsilon(1e-6));
@@ -283,15 +283,15 @@ TEST_CASE("the nearest view's samples stay, whatever the order") {
     }
     std::reverse(views.begin(), views.end());
     const BuiltLayeredImage built = build(scene, central, views);
-    CHECK(built.image.samples.size() == 32 * 24);
-    CHECK(built.quality.merged + built.quality.outside == 8 * 32 * 24);
+    CHECK(built.image.samples.size() == pixel_count(central));
+    CHECK(built.quality.merged + built.quality.outside == 8 * pixel_count(central));
     for (const LayeredSample& sample : built.image.samples) {
         CHECK(sample.color.b == 0);
     }
     // Without merging all are there.
     const BuiltLayeredImage all =
         build(scene, central, views, {.merge_distance = 0.0F, .keep_points = false});
-    CHECK(all.quality.samples > 6 * 32 * 24);
+    CHECK(all.quality.samples > 6 * pixel_count(central));
     CHECK(all.image.points.empty());
 }
 
@@ -304,7 +304,7 @@ TEST_CASE("a texel keeps its 255 nearest samples") {
     const ConstructionView made = scene.picture(fine);
     const BuiltLayeredImage built =
         build(scene, central, {made}, {.merge_distance = 0.0F, .keep_points = true});
-    REQUIRE(built.quality.seen == 17 * 17);
+    REQUIRE(built.quality.seen == pixel_count(fine));
     REQUIRE(built.quality.outside == 0);
     CHECK(built.quality.most_layers == 255);
     // The image has 16 steps to a texel: of each row two samples are at one place, and merged.
@@ -336,7 +336,7 @@ TEST_CASE("from where they were taken, pictures come back") {
     warper.warp(built.image, central, executor, warped, true, LayeredFront::depth);
     const PositionPicture truth = scene.picture(central).positions;
     const auto item_at = [&](int x, int y) {
-        return truth.texels[static_cast<std::size_t>((71 - y) * 96 + x)].item;
+        return truth.texels[pixel_at(central, x, 71 - y)].item;
     };
     REQUIRE(std::count(warped.samples.begin(), warped.samples.end(), UINT32_MAX) == 0);
     // Squares of balls reach over their rims: those of views from behind, which are 1.5 times as
@@ -344,7 +344,7 @@ TEST_CASE("from where they were taken, pictures come back") {
     // where they end and where a ball does may be between centres of pixels. Nothing shows through.
     for (int y = 0; y < 72; ++y) {
         for (int x = 0; x < 96; ++x) {
-            const std::uint32_t sample = warped.samples[static_cast<std::size_t>(y * 96 + x)];
+            const std::uint32_t sample = warped.samples[pixel_at(central, x, y)];
             bool is_near = false;
             for (int over = std::max(y - 2, 0); over <= std::min(y + 2, 71); ++over) {
                 for (int beside = std::max(x - 2, 0); beside <= std::min(x + 2, 95); ++beside) {

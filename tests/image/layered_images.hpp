@@ -14,6 +14,16 @@
 
 namespace farfield::support {
 
+[[nodiscard]] inline std::size_t pixel_count(const View& view) {
+    return static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
+}
+
+/// The place of a pixel among those of a view, in rows of its width.
+[[nodiscard]] inline std::size_t pixel_at(const View& view, int x, int y) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(view.width) +
+           static_cast<std::size_t>(x);
+}
+
 /// The view of a layered image, or onto one: at the origin, along -z.
 inline View straight_view(int width, int height, double fov_y = 1.0) {
     View view;

@@ -105,7 +105,7 @@ struct Nearest {
 };
 
 Nearest nearest_samples(const LayeredDepthImage& image, const View& view) {
-    const auto pixels = static_cast<std::size_t>(view.width * view.height);
+    const auto pixels = pixel_count(view);
     Nearest nearest;
     nearest.samples.assign(pixels, kNoSample);
     nearest.depths.assign(pixels, std::numeric_limits<float>::infinity());
@@ -114,7 +114,7 @@ Nearest nearest_samples(const LayeredDepthImage& image, const View& view) {
         const Square square = square_of(terms, image.samples[i], view);
         for (int y = square.y0; y < square.y1; ++y) {
             for (int x = square.x0; x < square.x1; ++x) {
-                const auto pixel = static_cast<std::size_t>(y * view.width + x);
+                const auto pixel = pixel_at(view, x, y);
                 if (square.z < nearest.depths[pixel]) {
                     nearest.depths[pixel] = square.z;
                     nearest.samples[pixel] = i;
@@ -181,9 +181,9 @@ void compare(const LayeredDepthImage& image, const View& view, Agreement& agreem
         }
         ++agreement.other;
         agreement.apart += z > 1.03F * nearest.depths[pixel] ? 1 : 0;
-        const int across = view.width;
-        const auto at = static_cast<int>(pixel);
-        const dvec3 through = ray(view, dvec2(at % across + 0.5, at / across + 0.5));
+        const auto across = static_cast<std::size_t>(view.width);
+        const dvec2 place(glm::uvec2(pixel % across, pixel / across));
+        const dvec3 through = ray(view, place + 0.5);
         // The points on the pixel's ray at both depths, and what the image's eye sees of them.
         const dvec2 a = project(image.view, view.eye + through * double{z}).first;
         const dvec2 b =
@@ -321,7 +321,7 @@ TEST_CASE("images with next to nothing are warped") {
     for (const auto& [width, height] : {std::pair(1, 1), std::pair(5, 1), std::pair(33, 40)}) {
         const WarpedLayers warped =
             warp(layered_image(straight_view(width, height), 1.0, 2.0, none), target);
-        CHECK(std::count(warped.samples.begin(), warped.samples.end(), kNoSample) == 9 * 7);
+        CHECK(std::count(warped.samples.begin(), warped.samples.end(), kNoSample) == 63);
         for (std::size_t i = 0; i < warped.depths.size(); ++i) {
             CHECK(std::isinf(warped.depths[i]));
             CHECK(warped.colors[i] == glm::vec<4, std::uint8_t>(0));
@@ -334,7 +334,7 @@ TEST_CASE("images with next to nothing are warped") {
     const LayeredDepthImage single = layered_image(straight_view(1, 1), 1.0, 2.0, one);
     View square = straight_view(6, 6);
     const WarpedLayers warped = warp(single, square);
-    CHECK(std::count(warped.samples.begin(), warped.samples.end(), 0U) == 6 * 6);
+    CHECK(std::count(warped.samples.begin(), warped.samples.end(), 0U) == 36);
     CHECK(warped.depths[0] == Approx(2.0));
     // And a pixel is one of one texel.
     square = straight_view(1, 1);
