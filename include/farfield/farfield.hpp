@@ -64,11 +64,14 @@
 #include <farfield/policy/placement_benefit.hpp>
 #include <farfield/scene/scene.hpp>
 #include <farfield/scene/surface_points.hpp>
+#include <farfield/technique/build_placement.hpp>
 #include <farfield/technique/color_cubes.hpp>
 #include <farfield/technique/culled_geometry.hpp>
 #include <farfield/technique/image_cache.hpp>
 #include <farfield/technique/image_cache_options.hpp>
+#include <farfield/technique/image_placement.hpp>
 #include <farfield/technique/lod_sprite.hpp>
 #include <farfield/technique/lod_sprite_options.hpp>
 #include <farfield/technique/mesh_lod.hpp>
+#include <farfield/technique/placement_map.hpp>
 #include <farfield/technique/sprite_error.hpp>
