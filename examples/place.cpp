@@ -2,6 +2,7 @@
 // Lastra 1999 do, checks the promise on random views, and tells what it takes: table 1 and figure
 // 13 of the paper.
 #include "run/page.hpp"
+#include "run/placement.hpp"
 #include "run/program.hpp"
 #include "run/world.hpp"
 #include <farfield/gpu/plan_work.hpp>
@@ -31,13 +32,11 @@ using run::Page;
 
 struct Options {
     run::WorldOptions world;
-    PlacementOptions placement;
+    run::PlacementSetup setup;
     std::vector<std::uint64_t> budgets;
     std::uint64_t checks = 100'000;
     std::uint32_t seed = 1;
     unsigned threads = 0;
-    double pitch_deg = 0.0;
-    std::vector<double> eyes;
     std::string out = "placement";
 };
 
@@ -112,16 +111,8 @@ Result<void> place(CLI::App& app, const std::function<void()>& parse) {
     options.world.cells.max_primitives = 1024;
     run::add_scene_options(app, options.world);
     run::add_partition_options(app, options.world);
-    app.add_option("--budget", options.budgets, "primitives that a frame may render, one or several")
-        ->required();
-    app.add_option("--grid", options.placement.first_grid, "sites along the longest side at first");
-    app.add_option("--max-level", options.placement.max_level, "how often a site may be halved");
-    app.add_option("--cell-depth", options.placement.cell_depth, "steps down to cells");
-    app.add_option("--clearance", options.placement.clearance, "of images from their eyes");
-    app.add_option("--lookahead", options.placement.lookahead, "steps of the search");
-    app.add_option("--texels", options.placement.texels_per_pixel, "of images for a pixel");
-    app.add_option("--max-pitch-deg", options.pitch_deg, "that views look up or down");
-    app.add_option("--eyes", options.eyes, "box of eyes: x y z X Y Z [m]")->expected(6);
+    run::add_placement_options(app, options.setup);
+    app.add_option("--budgets", options.budgets, "several, one after the other");
     app.add_option("--check", options.checks, "random views to count primitives of");
     app.add_option("--check-seed", options.seed, "of random views");
     app.add_option("--threads", options.threads, "0: one for every core");
@@ -134,20 +125,9 @@ Result<void> place(CLI::App& app, const std::function<void()>& parse) {
     if (!world) {
         return tl::unexpected(world.error());
     }
-    PlacementOptions& placement = options.placement;
-    placement.lens = perspective_lens(
-        world->fov_deg * std::numbers::pi / 180.0,
-        static_cast<double>(world->width) / world->height,
-        0.1,
-        1e4
-    );
-    placement.width = world->width;
-    placement.height = world->height;
-    placement.max_pitch = options.pitch_deg * std::numbers::pi / 180.0;
-    placement.up = world->scene.up;
-    if (!options.eyes.empty()) {
-        const std::vector<double>& e = options.eyes;
-        placement.eyes = {{e[0], e[1], e[2]}, {e[3], e[4], e[5]}};
+    PlacementOptions placement = run::placement_options(*world, options.setup);
+    if (options.budgets.empty()) {
+        options.budgets = {placement.max_primitives};
     }
     parallel::ParallelExecutor executor(options.threads);
     Page page(std::filesystem::path(options.out) / "README.md");

@@ -261,7 +261,7 @@ Result<void> run_walk(const Options& options) {
     if (Result<void> prepared = run::prepare(*world, options.run); !prepared) {
         return prepared;
     }
-    run::Backends backends(*world);
+    run::Backends backends(*world, options.run.layers);
     const auto backend = backends.make(options.run.backend);
     if (!backend) {
         return tl::unexpected(backend.error());
@@ -363,8 +363,9 @@ Result<void> run_program(CLI::App& app, const std::function<void()>& parse) {
     Options options;
     run::add_scene_options(app, options.world);
     app.add_option("--technique", options.run.technique)
-        ->check(CLI::IsMember({"geometry", "mesh-lod", "image-cache", "color-cubes", "lod-sprite"})
-        );
+        ->check(CLI::IsMember(
+            {"geometry", "mesh-lod", "image-cache", "color-cubes", "lod-sprite", "placement"}
+        ));
     app.add_option("--backend", options.run.backend)
         ->check(CLI::IsMember({"opengl", "embree", "null"}));
     app.add_option(
@@ -400,6 +401,12 @@ Result<void> run_program(CLI::App& app, const std::function<void()>& parse) {
     run::add_axis_options(app, options.run);
     run::add_cube_options(app, options.run);
     run::add_sprite_options(app, options.run);
+    run::add_placement_options(app, options.run.placement);
+    static const run::Names<opengl::LayerDrawing> drawings = {
+        {"points", opengl::LayerDrawing::points}, {"warped", opengl::LayerDrawing::warped}};
+    run::add_names(
+        app, "--layers", options.run.layers, drawings, "how OpenGL draws layered images"
+    );
     run::add_partition_options(app, options.world);
     app.add_option(
         "--overlap-px", options.run.cache.overlap_px, "least overlap of split surfaces [texels]"

@@ -3,6 +3,7 @@
 #include <farfield/embree/embree_backend.hpp>
 #include <farfield/gpu/null/null_backend.hpp>
 #include <farfield/opengl/opengl_backend.hpp>
+#include <farfield/parallel/parallel_executor.hpp>
 
 #include <utility>
 
@@ -23,7 +24,12 @@ Result<std::unique_ptr<Backend>> Backends::make_opengl(bool positions) {
         }
         source_ = std::move(*source);
     }
-    auto backend = opengl::OpenGLBackend::create(*source_, {.positions = positions});
+    if (!executor_) {
+        executor_ = std::make_unique<parallel::ParallelExecutor>();
+    }
+    auto backend = opengl::OpenGLBackend::create(
+        *source_, {.positions = positions, .layers = layers_, .executor = executor_.get()}
+    );
     if (!backend) {
         return tl::unexpected(backend.error());
     }

@@ -6,6 +6,7 @@
 #include <exception>
 #include <filesystem>
 #include <malloc.h>
+#include <numbers>
 #include <string>
 #include <system_error>
 #include <unistd.h>
@@ -169,6 +170,32 @@ void add_sprite_options(CLI::App& app, RunOptions& options) {
         [&sprite] { sprite.never_slower = false; },
         "keyframes even where geometry is cheaper"
     );
+}
+
+void add_placement_options(CLI::App& app, PlacementSetup& setup) {
+    PlacementOptions& placement = setup.placement;
+    app.add_option("--budget", placement.max_primitives, "primitives that a frame may render");
+    app.add_option("--target", placement.target_primitives, "that are left where images are shown");
+    app.add_option("--grid", placement.first_grid, "sites along the longest side at first");
+    app.add_option("--max-level", placement.max_level, "how often a site may be halved");
+    app.add_option("--cell-depth", placement.cell_depth, "steps down the hierarchy to cells");
+    app.add_option("--clearance", placement.clearance, "of images from eyes [half diagonals]");
+    app.add_option("--lookahead", placement.lookahead, "steps that searches look ahead");
+    app.add_option("--texels", placement.texels_per_pixel, "of images for a pixel");
+    app.add_option_function<double>(
+        "--max-pitch-deg",
+        [&placement](double degrees) { placement.max_pitch = degrees * std::numbers::pi / 180.0; },
+        "that views look up or down"
+    );
+    app.add_option_function<std::vector<double>>(
+           "--eyes",
+           [&placement](const std::vector<double>& at) {
+               placement.eyes = {{at[0], at[1], at[2]}, {at[3], at[4], at[5]}};
+           },
+           "box of eyes: x y z of its corners [m]; all of the model if not given"
+    )
+        ->expected(6);
+    app.add_option("--construction-views", setup.making.views, "of an image: 1 or 9");
 }
 
 Result<void> make_folder(const std::string& folder) {

@@ -36,6 +36,10 @@ void add_cube_options(CLI::App& app, RunOptions& options);
 /// --keyframe-tiles, --refine, --refine-share, --max-triangles, --always-keyframes.
 void add_sprite_options(CLI::App& app, RunOptions& options);
 
+/// Adds the options that say how images are placed: --budget, --target, --grid, --max-level,
+/// --cell-depth, --clearance, --lookahead, --texels, --max-pitch-deg, --eyes, --construction-views.
+void add_placement_options(CLI::App& app, PlacementSetup& setup);
+
 /// Adds an option that takes one of the named values. CLI11 itself would print the values beside
 /// the names: bytes that no terminal should get.
 /// @param names outlives the app

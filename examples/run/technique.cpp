@@ -131,8 +131,8 @@ const Names<SpriteCriterion>& criterion_names() {
 }
 
 Result<void> validate(const RunOptions& options) {
-    constexpr std::array<std::string_view, 5> kTechniques = {
-        "geometry", "mesh-lod", "image-cache", "color-cubes", "lod-sprite"};
+    constexpr std::array<std::string_view, 6> kTechniques = {
+        "geometry", "mesh-lod", "image-cache", "color-cubes", "lod-sprite", "placement"};
     constexpr std::array<std::string_view, 4> kPresets = {
         "shade1996", "schaufler1996", "chen1999", "guaranteed-sprite"};
     constexpr std::array<std::string_view, 2> kLevels = {"collapse", "cluster"};
@@ -190,6 +190,21 @@ Technique::create(const World& world, const RunOptions& options, Backend& backen
             return tl::unexpected(made.error());
         }
         technique.levels_ = std::make_unique<MeshLod>(std::move(*made));
+        return technique;
+    }
+    if (options.technique == "placement") {
+        auto placed = place_images(world, options.placement);
+        if (!placed) {
+            return tl::unexpected(std::move(placed).error());
+        }
+        technique.placed_ = std::make_unique<PlacedWorld>(std::move(*placed));
+        auto made = ImagePlacement::create(
+            world.hierarchy, technique.placed_->map, *technique.placed_->images, options.placed
+        );
+        if (!made) {
+            return tl::unexpected(std::move(made).error());
+        }
+        technique.placement_ = std::make_unique<ImagePlacement>(std::move(*made));
         return technique;
     }
     const auto costs = choose_cost_model(world, options, backend);
@@ -251,6 +266,10 @@ Planner Technique::planner() const {
             [cubes = cubes_.get()](const View& view, const Motion& /*motion*/) -> const FramePlan& {
             return cubes->plan(view);
         };
+    } else if (placement_) {
+        planner.plan = [placement = placement_.get()](
+                           const View& view, const Motion& motion
+                       ) -> const FramePlan& { return placement->plan(view, motion); };
     } else if (sprite_) {
         planner.plan = [sprite = sprite_.get()](
                            const View& view, const Motion& motion

@@ -1,12 +1,14 @@
 #pragma once
 
 #include "run/color_cubes.hpp"
+#include "run/placement.hpp"
 #include "run/proxy.hpp"
 #include "run/world.hpp"
 #include <farfield/core/result.hpp>
 #include <farfield/eval/run_report.hpp>
 #include <farfield/eval/walk.hpp>
 #include <farfield/gpu/backend.hpp>
+#include <farfield/opengl/opengl_backend.hpp>
 #include <farfield/technique/color_cubes.hpp>
 #include <farfield/technique/culled_geometry.hpp>
 #include <farfield/technique/image_cache.hpp>
@@ -40,7 +42,7 @@ using Names = std::map<std::string, Value>;
 
 /// One technique on one backend. Names as the options of the programs.
 struct RunOptions {
-    /// geometry, mesh-lod, image-cache, color-cubes or lod-sprite
+    /// geometry, mesh-lod, image-cache, color-cubes, lod-sprite or placement
     std::string technique = "image-cache";
     /// Of an image cache: shade1996 or schaufler1996; of LOD-sprites chen1999 or guaranteed-sprite,
     /// and with any other their options as they are.
@@ -63,6 +65,9 @@ struct RunOptions {
     LodSpriteOptions sprite; ///< all but the threshold, the budget and the costs
     /// In place of what the preset says.
     std::optional<SpriteCriterion> criterion;
+    PlacementSetup placement;
+    ImagePlacementOptions placed;                               ///< how placed images are shown
+    opengl::LayerDrawing layers = opengl::LayerDrawing::warped; ///< how OpenGL draws them
 };
 
 /// Checks names and what the options cannot mean together.
@@ -93,6 +98,10 @@ class Technique {
     /// Null unless it is LOD-sprites.
     [[nodiscard]] const LodSprite* sprite() const noexcept { return sprite_.get(); }
 
+    /// Null unless it is placed images.
+    [[nodiscard]] const ImagePlacement* placement() const noexcept { return placement_.get(); }
+    [[nodiscard]] const PlacedWorld* placed() const noexcept { return placed_.get(); }
+
     /// What it promises; none for all but image caches, and LOD-sprites that promise it for every
     /// fragment.
     [[nodiscard]] std::optional<double> promise_px() const noexcept;
@@ -108,6 +117,8 @@ class Technique {
     std::unique_ptr<CubeModel> cube_model_;
     std::unique_ptr<ColorCubes> cubes_;
     std::unique_ptr<LodSprite> sprite_;
+    std::unique_ptr<PlacedWorld> placed_;
+    std::unique_ptr<ImagePlacement> placement_;
     ImageCacheOptions cache_options_;
     LodSpriteOptions sprite_options_;
     CostModel costs_;

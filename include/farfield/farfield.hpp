@@ -70,6 +70,7 @@
 #include <farfield/technique/image_cache.hpp>
 #include <farfield/technique/image_cache_options.hpp>
 #include <farfield/technique/image_placement.hpp>
+#include <farfield/technique/layered_image_maker.hpp>
 #include <farfield/technique/lod_sprite.hpp>
 #include <farfield/technique/lod_sprite_options.hpp>
 #include <farfield/technique/mesh_lod.hpp>
