@@ -14,8 +14,12 @@ namespace {
 
 constexpr std::size_t kBorders = 5;
 
-/// In the order of preference at equal benefit.
-enum Border : std::size_t { kNear, kTop, kBottom, kRight, kLeft };
+// In the order of preference at equal benefit.
+constexpr std::size_t kNear = 0;
+constexpr std::size_t kTop = 1;
+constexpr std::size_t kBottom = 2;
+constexpr std::size_t kRight = 3;
+constexpr std::size_t kLeft = 4;
 
 /// A place in each of the sorted lists of borders. A cell belongs to the subset if its place in
 /// each list is at least that of the subset. Lists of right and top borders are sorted downwards,

@@ -59,17 +59,14 @@ enum class LayeredFront : std::uint8_t {
     /// other.
     ///
     /// Of two samples of one pixel the nearer one is shown unless they are nearly as far: unless
-    /// the
-    /// points at their depths on the ray of the pixel are, seen from the image's eye, no more than
-    /// 2
-    /// texels farther apart than either point is from its sample, both added up. Distances here are
-    /// the larger of those along x and y. Of samples on one ray of the image's eye, in a texel that
-    /// has no others, the nearer one is shown.
+    /// the points at their depths on the ray of the pixel are, seen from the image's eye, no more
+    /// than 2 texels farther apart than either point is from its sample, both added up. Distances
+    /// here are the larger of those along x and y. Of samples on one ray of the image's eye, in a
+    /// texel that has no others, the nearer one is shown.
     ///
     /// Blind spot: for eyes that see less than 2 texels of parallax, what is hidden may show
-    /// through
-    /// at every pixel of what hides it, if it is of views from elsewhere: then it does not stand in
-    /// the middle of its texel, and overlaps all neighbours.
+    /// through at every pixel of what hides it, if it is of views from elsewhere: then it does not
+    /// stand in the middle of its texel, and overlaps all neighbours.
     /// @par Source McMillan 1997, An image-based approach to three-dimensional computer graphics,
     /// chapter 3. The sheets there, parted by row and column of the epipole, order points; but of
     /// squares on neighbouring rays, which overlap, they may show either, whatever the depths.
@@ -97,7 +94,7 @@ class LayeredWarper {
         Executor& executor,
         WarpedLayers& warped,
         bool keep_samples = false,
-        LayeredFront front = LayeredFront::order
+        LayeredFront front = LayeredFront::depth
     ) noexcept;
 
   private:
