@@ -563,6 +563,6 @@ TEST_CASE("a warm warper allocates nothing, for other images neither") {
     // What was there before does not show.
     CHECK(same(warped, expected));
     LayeredWarper moved = std::move(warper);
-    moved.warp(small, less, executor, warped, true);
+    moved.warp(small, less, executor, warped, true, LayeredFront::order);
     CHECK(same(warped, expected));
 }
