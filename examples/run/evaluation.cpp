@@ -199,6 +199,46 @@ void read_name(Reader& reader, const char* key, const Names<Value>& names, Store
     reader.refuse(key, *found, "one of " + known);
 }
 
+/// Keys of other techniques than the chosen one are left unread, and so refused.
+void read_technique(Reader& reader, RunOptions& run) {
+    constexpr std::uint32_t kMost = 1U << 30U;
+    if (run.technique == "color-cubes") {
+        reader.number("cell_px", run.cubes.cell_px);
+        read_name(reader, "cube_drawing", cube_drawing_names(), run.cubes.drawing);
+        read_name(reader, "cube_sheets", cube_sheet_names(), run.cubes.sheets);
+        read_name(reader, "cube_colors", cube_color_names(), run.cube_model.build.colors);
+        reader.number("cube_cost", run.cube_model.build.cube_cost);
+        reader.flag("never_slower", run.cubes.never_slower);
+    } else if (run.technique == "lod-sprite") {
+        LodSpriteOptions& sprite = run.sprite;
+        reader.text("proxy", run.proxy.proxy);
+        reader.whole("coarse", run.proxy.coarse, 1U, kMost);
+        reader.whole("coarse_triangles", run.proxy.coarse_triangles, 1U, kMost);
+        read_name(reader, "criterion", criterion_names(), run.criterion);
+        reader.flag("paper_theta", sprite.paper_theta);
+        reader.flag("guaranteed", sprite.guaranteed);
+        reader.number("own_share", sprite.max_own_share);
+        reader.number("max_texel_px", sprite.max_texel_px);
+        reader.whole("keyframes", sprite.max_keyframes, 1U, kMost);
+        reader.whole("keyframes_shown", sprite.keyframes_shown, 1U, kMostKeyframes);
+        reader.number("keyframe_margin", sprite.keyframe_margin);
+        reader.whole("predict_frames", sprite.predict_frames, 0U, kMost);
+        reader.whole("keyframe_tiles", sprite.keyframe_tiles, 1U, kMost);
+        reader.flag("refine", sprite.refine);
+        reader.number("refine_share", sprite.refine_share);
+        reader.flag("never_slower", sprite.never_slower);
+    } else if (run.technique == "placement") {
+        PlacementOptions& placement = run.placement.placement;
+        reader.whole("budget", placement.max_primitives, std::uint64_t{1}, std::uint64_t{1} << 53U);
+        reader.whole("grid", placement.first_grid, 1U, 64U);
+        reader.whole("max_level", placement.max_level, 0U, 12U);
+        reader.whole("cell_depth", placement.cell_depth, 0U, 24U);
+        reader.number("clearance", placement.clearance);
+        reader.number("texels", placement.texels_per_pixel);
+        reader.whole("construction_views", run.placement.making.views, 1U, 9U);
+    }
+}
+
 Result<ComparedRun> parse_run(const json& object, const std::string& where) {
     constexpr std::int32_t kMostSamples = 64;
     constexpr std::uint64_t kMostMib = 1U << 20U;
@@ -221,6 +261,7 @@ Result<ComparedRun> parse_run(const json& object, const std::string& where) {
     reader.whole("image_samples", run.options.cache.image_samples, 1, kMostSamples);
     reader.whole("image_budget_mib", run.options.budget_mib, std::uint64_t{0}, kMostMib);
     reader.flag("measure", run.measure);
+    read_technique(reader, run.options);
     if (Result<void> done = reader.done(); !done) {
         return tl::unexpected(std::move(done).error());
     }
@@ -307,6 +348,19 @@ Result<ComparedWalk> parse_walk(const json& object, const std::string& where) {
         }
         if (!names.insert(run->name).second) {
             return bad(where, "two runs are named \"" + run->name + "\"");
+        }
+        // Coarse models are made once for all runs of a walk.
+        const auto of_other_models = [&](const ComparedRun& other) {
+            return other.options.technique == "lod-sprite" &&
+                   other.options.proxy != run->options.proxy;
+        };
+        if (run->options.technique == "lod-sprite" &&
+            std::any_of(walk.runs.begin(), walk.runs.end(), of_other_models)) {
+            return bad(
+                where,
+                "run \"" + run->name +
+                    "\" has another proxy, coarse or coarse_triangles than the one before"
+            );
         }
         walk.world.levels = walk.world.levels || run->options.technique == "mesh-lod";
         walk.runs.push_back(std::move(*run));

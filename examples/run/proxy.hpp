@@ -19,6 +19,8 @@ struct ProxyOptions {
     std::uint32_t coarse = 16; ///< grid: squares a side
     /// Of the finest choice of a refined one, 16384 if not given; of each mesh, 2000 if not given.
     std::optional<std::uint32_t> coarse_triangles = std::nullopt;
+
+    friend bool operator==(const ProxyOptions&, const ProxyOptions&) = default;
 };
 
 /// Most samples of all pairs of meshes: 16 bytes each, and as many for what is built over them.

@@ -74,7 +74,17 @@ TEST_CASE("every key of a plan arrives", "[evaluation]") {
            "all_around": true, "error_px": 0.5, "samples": 16,
            "image_samples": 4, "image_budget_mib": 128, "measure": true},
           {"name": "b", "technique": "mesh-lod", "levels": "cluster", "backend": "opengl",
-           "surfaces": "in-images"}]},
+           "surfaces": "in-images"},
+          {"name": "c", "technique": "lod-sprite", "preset": "chen1999", "proxy": "grid",
+           "coarse": 32, "coarse_triangles": 900, "criterion": "largest", "paper_theta": true,
+           "guaranteed": true, "own_share": 0.25, "max_texel_px": 3, "keyframes": 5,
+           "keyframes_shown": 3, "keyframe_margin": 1.5, "predict_frames": 24,
+           "keyframe_tiles": 6, "refine": true, "refine_share": 0.5, "never_slower": false},
+          {"name": "d", "technique": "color-cubes", "cell_px": 2, "cube_drawing": "faces",
+           "cube_sheets": "opaque", "cube_colors": "composed", "cube_cost": 4,
+           "never_slower": false},
+          {"name": "e", "technique": "placement", "budget": 5000, "grid": 3, "max_level": 2,
+           "cell_depth": 9, "clearance": 0.5, "texels": 0.75, "construction_views": 1}]},
         {"name": "v", "partition": "kdtree", "branching": 4, "max_primitives": 500,
          "max_depth": 5, "runs": [{"name": "a", "technique": "geometry"}]}]})");
     REQUIRE(plan);
@@ -98,7 +108,7 @@ TEST_CASE("every key of a plan arrives", "[evaluation]") {
     CHECK(world.scene_values.at("trees") == 5.0);
     CHECK(plan->walks[0].reference_every == 4);
     CHECK(plan->walks[0].truth_samples == 0);
-    REQUIRE(plan->walks[0].runs.size() == 2);
+    REQUIRE(plan->walks[0].runs.size() == 5);
     const ComparedRun& a = plan->walks[0].runs[0];
     CHECK(a.measure);
     CHECK(a.options.technique == "image-cache");
@@ -121,6 +131,39 @@ TEST_CASE("every key of a plan arrives", "[evaluation]") {
     CHECK(b.options.levels == "cluster");
     CHECK(b.options.backend == "opengl");
     CHECK(b.options.cache.surfaces == SurfacePlacement::in_images);
+    const run::RunOptions& c = plan->walks[0].runs[2].options;
+    CHECK(c.preset == "chen1999");
+    CHECK(c.proxy.proxy == "grid");
+    CHECK(c.proxy.coarse == 32);
+    CHECK(c.proxy.coarse_triangles == 900U);
+    CHECK(c.criterion == farfield::SpriteCriterion::largest);
+    CHECK(c.sprite.paper_theta);
+    CHECK(c.sprite.guaranteed);
+    CHECK(c.sprite.max_own_share == 0.25);
+    CHECK(c.sprite.max_texel_px == 3.0);
+    CHECK(c.sprite.max_keyframes == 5);
+    CHECK(c.sprite.keyframes_shown == 3);
+    CHECK(c.sprite.keyframe_margin == 1.5);
+    CHECK(c.sprite.predict_frames == 24);
+    CHECK(c.sprite.keyframe_tiles == 6);
+    CHECK(c.sprite.refine);
+    CHECK(c.sprite.refine_share == 0.5);
+    CHECK_FALSE(c.sprite.never_slower);
+    const run::RunOptions& d = plan->walks[0].runs[3].options;
+    CHECK(d.cubes.cell_px == 2.0);
+    CHECK(d.cubes.drawing == farfield::CubeDrawing::faces);
+    CHECK(d.cubes.sheets == farfield::CubeSheets::opaque);
+    CHECK(d.cube_model.build.colors == farfield::CubeColors::composed);
+    CHECK(d.cube_model.build.cube_cost == 4.0);
+    CHECK_FALSE(d.cubes.never_slower);
+    const run::PlacementSetup& e = plan->walks[0].runs[4].options.placement;
+    CHECK(e.placement.max_primitives == 5000);
+    CHECK(e.placement.first_grid == 3);
+    CHECK(e.placement.max_level == 2);
+    CHECK(e.placement.cell_depth == 9);
+    CHECK(e.placement.clearance == 0.5);
+    CHECK(e.placement.texels_per_pixel == 0.75);
+    CHECK(e.making.views == 1);
     // Levels are made for walks in which something draws them.
     CHECK(plan->walks[0].world.levels);
     CHECK_FALSE(plan->walks[1].world.levels);
@@ -322,6 +365,28 @@ TEST_CASE("a value of the wrong kind is refused with its key", "[evaluation]") {
         "plan.json: walks[0]: frames is \"" + std::string(39, 'x') +
             "..., expected a whole number from 1 to 10000000"
     );
+}
+
+TEST_CASE("keys of another technique are refused", "[evaluation]") {
+    for (const char* key : {"cell_px", "predict_frames", "budget"}) {
+        CHECK(
+            message_of(plan_with("", std::string(R"(, ")") + key + R"(": 8)")) ==
+            std::string("plan.json: walks[0].runs[0]: \"") + key + "\" is no key of it"
+        );
+    }
+}
+
+TEST_CASE("all LOD-sprites of a walk are of one coarse model", "[evaluation]") {
+    const auto walk = [](const std::string& other) {
+        return message_of(
+            R"({"title": "t", "walks": [{"name": "w", "runs": [
+                {"name": "a", "technique": "lod-sprite", "coarse": 8},
+                {"name": "b", "technique": "lod-sprite", "coarse": )" +
+            other + "}]}]}"
+        );
+    };
+    CHECK(walk("8") == "accepted");
+    CHECK_THAT(walk("9"), Catch::Contains("run \"b\" has another proxy"));
 }
 
 TEST_CASE("what there is none of is refused with what there is", "[evaluation]") {
