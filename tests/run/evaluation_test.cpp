@@ -393,7 +393,7 @@ TEST_CASE("what there is none of is refused with what there is", "[evaluation]")
     CHECK(
         message_of(plan_with("", R"(, "technique": "magic")")) ==
         "plan.json: walks[0].runs[0]: technique \"magic\" does not exist, expected one of "
-        "geometry, mesh-lod, image-cache, color-cubes, lod-sprite"
+        "geometry, mesh-lod, image-cache, color-cubes, lod-sprite, placement"
     );
     CHECK(
         message_of(plan_with("", R"(, "preset": "")")) ==

@@ -68,7 +68,7 @@ TEST_CASE("names of what does not exist are refused with what does", "[technique
         CHECK(
             message_of(run::validate(options)) ==
             "technique \"imagecache\" does not exist, expected one of geometry, mesh-lod, "
-            "image-cache, color-cubes, lod-sprite"
+            "image-cache, color-cubes, lod-sprite, placement"
         );
     }
     SECTION("preset") {
