@@ -23,7 +23,8 @@ struct SeenCell {
 struct SubsetTask {
     std::span<const SeenCell> cells; ///< that may be replaced
     std::uint64_t total = 0;         ///< primitives in view, others included
-    std::uint64_t target = 0;  ///< that may be left of `total`; all cells together leave no more
+    /// That may be left of `total`, of which it is only a part; all cells together leave no more.
+    std::uint64_t target = 0;
     Lens lens;                 ///< of the screen
     std::int32_t width = 0;    ///< [px] of the screen
     std::int32_t height = 0;   ///< [px]
