@@ -119,6 +119,11 @@ std::vector<PlacementCell> cells_of(const Hierarchy& hierarchy, std::uint32_t de
     return cells;
 }
 
+double longest_side(const Box3d& box) noexcept {
+    const glm::dvec3 size = extent(box);
+    return std::max({size.x, size.y, size.z});
+}
+
 /// A box of eyes that has to be placed, and where it hangs.
 struct PendingSite {
     Box3d eyes;
@@ -129,7 +134,7 @@ struct PendingSite {
 std::vector<PendingSite> add_roots(PlacementMap& map) {
     const Box3d& eyes = map.options.eyes;
     const glm::dvec3 size = extent(eyes);
-    const double longest = std::max({size.x, size.y, size.z, 1e-9});
+    const double longest = std::max(longest_side(eyes), 1e-9);
     for (int axis = 0; axis < 3; ++axis) {
         const double roots =
             std::max(std::round(size[axis] / longest * map.options.first_grid), 1.0);
@@ -152,10 +157,11 @@ std::vector<PendingSite> add_roots(PlacementMap& map) {
 }
 
 /// Halves of a box along every axis on which it is at least half as long as on any.
+/// @pre the box is no point
 void halve(const PendingSite& site, PlacementMap& map, std::vector<PendingSite>& pending) {
     const glm::dvec3 size = extent(site.eyes);
     const glm::dvec3 middle = center(site.eyes);
-    const double longest = std::max({size.x, size.y, size.z});
+    const double longest = longest_side(site.eyes);
     std::vector<Box3d> parts = {site.eyes};
     std::uint32_t axes = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -259,7 +265,6 @@ Result<PlacementMap> build_placement(
             std::max({most - std::min(room, most), most / 2, std::uint64_t{1}});
     }
     const glm::vec3 largest = glm::max(glm::abs(model.lo), glm::abs(model.hi));
-    const glm::dvec3 sides = extent(world);
     const glm::dvec3 eyes_at = glm::max(
         glm::abs(map.options.eyes.lo - map.origin), glm::abs(map.options.eyes.hi - map.origin)
     );
@@ -268,7 +273,7 @@ Result<PlacementMap> build_placement(
         .cells = map.cells,
         .origin = map.origin,
         .frame = yaw_frame(options.up),
-        .model_extent = std::max({sides.x, sides.y, sides.z, 1e-9}),
+        .model_extent = std::max(longest_side(world), 1e-9),
         .margin = kMargin * std::max(
                                 {double{largest.x},
                                  double{largest.y},
@@ -304,8 +309,7 @@ Result<PlacementMap> build_placement(
         for (std::size_t i = 0; i < pending.size(); ++i) {
             if (placed[i].feasible) {
                 add_site(pending[i], level, placed[i], map);
-            } else if (level == options.max_level) {
-                const glm::dvec3 size = extent(pending[i].eyes);
+            } else if (level == options.max_level || longest_side(pending[i].eyes) == 0.0) {
                 return fail(
                     ErrorCode::unsupported,
                     "placement: around " + text(center(pending[i].eyes)) + " m, looking at yaw " +
@@ -313,7 +317,7 @@ Result<PlacementMap> build_placement(
                         std::to_string(placed[i].nearby) +
                         " primitives are too near for an image, " + "more than max_primitives of " +
                         std::to_string(options.max_primitives) + ", even for eyes in a box of " +
-                        std::to_string(size.x) + " m (max_level " +
+                        std::to_string(longest_side(pending[i].eyes)) + " m (max_level " +
                         std::to_string(options.max_level) + ")"
                 );
             } else {

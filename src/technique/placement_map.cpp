@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <numbers>
 #include <string>
+#include <vector>
 
 namespace farfield {
 
@@ -28,6 +29,49 @@ std::size_t child_count(const PlacementNode& node) noexcept {
 
 tl::unexpected<Error> bad(const std::string& what) {
     return fail(ErrorCode::bad_data, "placement: " + what);
+}
+
+/// Cells are as the hierarchy has them, and together all that it draws, once.
+Result<void> check_cells(const PlacementMap& map, const Hierarchy& hierarchy) {
+    std::vector<bool> is_cell(hierarchy.nodes.size(), false);
+    for (std::size_t i = 0; i < map.cells.size(); ++i) {
+        const PlacementCell& cell = map.cells[i];
+        const bool same =
+            cell.node < hierarchy.nodes.size() && !is_cell[cell.node] &&
+            primitive_count(hierarchy.nodes[cell.node]) == cell.primitives &&
+            cell.box ==
+                unite(hierarchy.nodes[cell.node].items_box, whole_pieces_box(hierarchy, cell.node));
+        if (!same) {
+            return bad(
+                "cell " + std::to_string(i) + " is node " + std::to_string(cell.node) + " with " +
+                std::to_string(cell.primitives) +
+                " primitives, which the hierarchy does not have, or has elsewhere or only once"
+            );
+        }
+        is_cell[cell.node] = true;
+    }
+    std::size_t met = 0;
+    std::vector<std::uint32_t> stack = {0};
+    while (!stack.empty()) {
+        const std::uint32_t index = stack.back();
+        stack.pop_back();
+        const HierarchyNode& node = hierarchy.nodes[index];
+        if (is_cell[index]) {
+            ++met;
+        } else if (!is_leaf(node)) {
+            stack.push_back(node.first_child);
+            stack.push_back(node.first_child + 1);
+        } else if (primitive_count(node) > 0) {
+            return bad("no cell has node " + std::to_string(index) + " or is above it");
+        }
+    }
+    if (met != map.cells.size()) {
+        return bad(
+            std::to_string(map.cells.size() - met) + " cells are below others, of " +
+            std::to_string(map.cells.size())
+        );
+    }
+    return {};
 }
 
 Result<void> check_site(const PlacementMap& map, std::size_t index) {
@@ -260,16 +304,8 @@ Result<void> validate(const PlacementMap& map, const Hierarchy& hierarchy) {
     if (map.model_digest != model_digest(map.cells) || map.origin != hierarchy.origin) {
         return bad("cells are not those that images were placed for");
     }
-    for (std::size_t i = 0; i < map.cells.size(); ++i) {
-        const PlacementCell& cell = map.cells[i];
-        const bool same = cell.node < hierarchy.nodes.size() &&
-                          primitive_count(hierarchy.nodes[cell.node]) == cell.primitives;
-        if (!same) {
-            return bad(
-                "cell " + std::to_string(i) + " is node " + std::to_string(cell.node) + " with " +
-                std::to_string(cell.primitives) + " primitives, which the hierarchy does not have"
-            );
-        }
+    if (Result<void> valid = check_cells(map, hierarchy); !valid) {
+        return valid;
     }
     if (Result<void> valid = check_nodes(map); !valid) {
         return valid;

@@ -83,8 +83,12 @@ class SiteViews {
         return 0.5 * from(view) + 0.5 * from(view + 1);
     }
 
+    /// As `count_into` counts, however little two ends of arcs are apart.
     [[nodiscard]] bool sees(std::size_t view, std::size_t cell) const noexcept {
-        return sets_[cell].contains(middle(view));
+        const std::span<const YawArc> arcs = sets_[cell].arcs();
+        return std::any_of(arcs.begin(), arcs.end(), [&](const YawArc& arc) {
+            return arc.from <= yaws_[view] && (yaws_[view] < arc.to || arc.to == kPi);
+        });
     }
 
     /// Primitives in each view but those of some cells.

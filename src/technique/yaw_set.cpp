@@ -15,14 +15,6 @@ constexpr double kMargin = 1e-9;
 
 } // namespace
 
-bool YawSet::contains(double yaw) const noexcept {
-    return std::any_of(
-        arcs_.begin(),
-        arcs_.begin() + static_cast<std::ptrdiff_t>(count_),
-        [&](const YawArc& arc) { return arc.from <= yaw && yaw <= arc.to; }
-    );
-}
-
 YawSet YawSet::full() noexcept {
     YawSet set;
     set.arcs_[0] = {-kPi, kPi};

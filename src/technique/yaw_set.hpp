@@ -17,7 +17,6 @@ struct YawArc {
 class YawSet {
   public:
     [[nodiscard]] std::span<const YawArc> arcs() const noexcept { return {arcs_.data(), count_}; }
-    [[nodiscard]] bool contains(double yaw) const noexcept;
 
     /// All directions.
     [[nodiscard]] static YawSet full() noexcept;

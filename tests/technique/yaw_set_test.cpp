@@ -21,6 +21,12 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 /// [rad] What `YawSet::add` adds on both sides of an arc.
 constexpr double kMargin = 1e-9;
 
+bool contains(const YawSet& set, double yaw) {
+    return std::any_of(set.arcs().begin(), set.arcs().end(), [&](const YawArc& arc) {
+        return arc.from <= yaw && yaw <= arc.to;
+    });
+}
+
 /// a cos y + b sin y + c, with the largest of its parts.
 struct Wave {
     double a = 0.0;
@@ -80,10 +86,10 @@ void check_union(const YawSet& set, const std::vector<Wave>& waves, bool exactly
         }
         CAPTURE(yaw);
         if (wanted) {
-            REQUIRE(set.contains(yaw));
+            REQUIRE(contains(set, yaw));
         }
         if (exactly && !allowed) {
-            REQUIRE_FALSE(set.contains(yaw));
+            REQUIRE_FALSE(contains(set, yaw));
         }
     }
 }
@@ -165,12 +171,12 @@ Box3d random_box(Random& random) {
 TEST_CASE("a set of yaws begins empty and may be full") {
     const YawSet none;
     CHECK(none.arcs().empty());
-    CHECK_FALSE(none.contains(0.0));
+    CHECK_FALSE(contains(none, 0.0));
     const YawSet all = YawSet::full();
     REQUIRE(all.arcs().size() == 1);
-    CHECK(all.contains(-kPi));
-    CHECK(all.contains(0.0));
-    CHECK(all.contains(kPi));
+    CHECK(contains(all, -kPi));
+    CHECK(contains(all, 0.0));
+    CHECK(contains(all, kPi));
 }
 
 TEST_CASE("a wave that does not wave is always or never") {
@@ -181,7 +187,7 @@ TEST_CASE("a wave that does not wave is always or never") {
     CHECK(set_of({{3.0, 4.0, -5.5}}).arcs().empty());
     // Just touched: a point, which has to be there.
     const YawSet point = set_of({{3.0, 4.0, -5.0}});
-    CHECK(point.contains(std::atan2(4.0, 3.0)));
+    CHECK(contains(point, std::atan2(4.0, 3.0)));
     CHECK(length_of(point) <= 1e-7);
     // All but little is not all.
     CHECK(length_of(set_of({{1.0, 0.0, 1.0 - 1e-10}})) < 2.0 * kPi);
@@ -204,13 +210,13 @@ TEST_CASE("an arc through pi is two, and holds pi from both sides") {
         CHECK(behind.arcs()[0].from == -kPi);
         CHECK(behind.arcs()[1].to == kPi);
         CHECK(length_of(behind) == Approx(1.0).margin(4.0 * kMargin));
-        CHECK_FALSE(behind.contains(0.0));
+        CHECK_FALSE(contains(behind, 0.0));
     }
     // One that ends at pi: that is -pi too.
     for (const double side : {1.0, -1.0}) {
         const YawSet to_pi = arc_around(side * (kPi - 0.5), 0.5);
-        CHECK(to_pi.contains(kPi));
-        CHECK(to_pi.contains(-kPi));
+        CHECK(contains(to_pi, kPi));
+        CHECK(contains(to_pi, -kPi));
     }
 }
 
@@ -245,11 +251,11 @@ TEST_CASE("where a wave is steep not even rounding loses its zero") {
         for (const double side : {-1.0, 1.0}) {
             const double zero = std::remainder(std::atan2(wave.b, wave.a) + side * half, 2.0 * kPi);
             CAPTURE(wave.a, wave.b, wave.c, zero);
-            REQUIRE(set.contains(zero));
+            REQUIRE(contains(set, zero));
             const double inwards = std::remainder(zero - side * 2e-9, 2.0 * kPi);
             const double outwards = std::remainder(zero + side * 2e-9, 2.0 * kPi);
-            REQUIRE(set.contains(inwards));
-            REQUIRE_FALSE(set.contains(outwards));
+            REQUIRE(contains(set, inwards));
+            REQUIRE_FALSE(contains(set, outwards));
         }
     }
 }
@@ -295,8 +301,8 @@ TEST_CASE("what is in both sets is in the common one, and nothing else") {
         yaws.insert(yaws.end(), more.begin(), more.end());
         for (const double yaw : yaws) {
             CAPTURE(run, yaw);
-            REQUIRE(both.contains(yaw) == (sets[0].contains(yaw) && sets[1].contains(yaw)));
-            REQUIRE(turned.contains(yaw) == both.contains(yaw));
+            REQUIRE(contains(both, yaw) == (contains(sets[0], yaw) && contains(sets[1], yaw)));
+            REQUIRE(contains(turned, yaw) == contains(both, yaw));
         }
         YawSet same = sets[0];
         same.intersect(YawSet::full());
@@ -347,10 +353,10 @@ TEST_CASE("a box is in the directions in which every plane lets it through") {
             const double least = inside_of(task, box, yaw, 0.0);
             CAPTURE(yaw, least);
             if (least > kRounding) {
-                REQUIRE(set.contains(yaw));
+                REQUIRE(contains(set, yaw));
                 ++in;
             } else if (least < -1.01 * kMargin - kRounding) {
-                REQUIRE_FALSE(set.contains(yaw));
+                REQUIRE_FALSE(contains(set, yaw));
                 ++out;
             }
         }
@@ -380,11 +386,11 @@ TEST_CASE("directions hold what any pitch lets through") {
             }
             CAPTURE(run, yaw, options.max_pitch);
             if (seen) {
-                REQUIRE(set.contains(yaw));
+                REQUIRE(contains(set, yaw));
                 ++in;
             } else {
                 ++out;
-                needless += set.contains(yaw) ? 1U : 0U;
+                needless += contains(set, yaw) ? 1U : 0U;
             }
         }
     }
@@ -409,10 +415,10 @@ TEST_CASE("a small box at eye level is in as many directions as the lens is wide
             // A box of 1e-6 m is 1e-8 rad, and its planes are as far apart.
             CHECK(length_of(set) == Approx(std::atan(1.0) + std::atan(0.5)).margin(1e-7));
             for (const double turn : {-0.4636, 0.0, 0.7853}) {
-                CHECK(set.contains(std::remainder(yaw + turn, 2.0 * kPi)));
+                CHECK(contains(set, std::remainder(yaw + turn, 2.0 * kPi)));
             }
             for (const double turn : {-0.4637, 0.7855}) {
-                CHECK_FALSE(set.contains(std::remainder(yaw + turn, 2.0 * kPi)));
+                CHECK_FALSE(contains(set, std::remainder(yaw + turn, 2.0 * kPi)));
             }
         }
     }
