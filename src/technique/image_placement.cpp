@@ -141,7 +141,7 @@ ImagePlacement::Impl::left_with(std::uint32_t image, const Culling& culling) noe
 }
 
 /// The image that belongs to the view; where it is not in memory, the one of the site that leaves
-/// least, or none.
+/// least, or none where none leaves less than all.
 std::uint32_t
 ImagePlacement::Impl::choose(const PlacedView& found, const Culling& culling) noexcept {
     const std::uint32_t right = map->ranges[found.range].image;
@@ -151,7 +151,7 @@ ImagePlacement::Impl::choose(const PlacedView& found, const Culling& culling) no
     statistics.missed = true;
     const PlacementSite& site = map->sites[found.site];
     std::uint32_t best = kNoImage;
-    std::uint64_t least = UINT64_MAX;
+    std::uint64_t least = left_with(kNoImage, culling);
     std::uint32_t before = kNoImage;
     for (std::uint32_t i = 0; i < site.range_count; ++i) {
         const std::uint32_t image = map->ranges[site.first_range + i].image;

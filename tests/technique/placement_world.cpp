@@ -29,8 +29,8 @@ PlacementWorld make_world(const ForestOptions& options, TreeKind kind) {
     };
     auto tree =
         kind == TreeKind::kdtree
-            ? partition::build_kdtree(world.forest.objects, {.max_primitives = 1024}, bounds_of)
-            : partition::build_octree(world.forest.objects, {.max_primitives = 1024}, bounds_of);
+            ? partition::build_kdtree(world.forest.objects, {.max_primitives = 128}, bounds_of)
+            : partition::build_octree(world.forest.objects, {.max_primitives = 128}, bounds_of);
     REQUIRE(tree.has_value());
     world.forest.hierarchy = std::move(*tree);
     return world;
