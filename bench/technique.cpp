@@ -1,10 +1,14 @@
 // Planning of frames on a moving path: the island of 1117 trees and its terrain, and forests of
-// equal density that are larger.
+// equal density that are larger; and what placing images is made of.
 #include "../tests/partition/scenes.hpp"
+#include "technique/placement_search.hpp"
+#include "technique/placement_site.hpp"
 #include <farfield/math/frustum.hpp>
 #include <farfield/partition/bsp.hpp>
+#include <farfield/technique/build_placement.hpp>
 #include <farfield/technique/culled_geometry.hpp>
 #include <farfield/technique/image_cache.hpp>
+#include <farfield/technique/image_placement.hpp>
 #include <farfield/technique/mesh_lod.hpp>
 
 #include <benchmark/benchmark.h>
@@ -265,6 +269,122 @@ void image_cache_first_frame(benchmark::State& state) {
     state.counters["created"] = benchmark::Counter(created, benchmark::Counter::kAvgIterations);
 }
 
+/// The same image for all that a map places.
+class OneLayeredImage final : public LayeredImageSource {
+  public:
+    OneLayeredImage() {
+        image_.view.width = 1;
+        image_.view.height = 1;
+        image_.counts = {1};
+        image_.rows = {0, 1};
+        image_.samples.resize(1);
+    }
+    void want(std::span<const std::uint32_t>) noexcept override {}
+    const LayeredDepthImage* find(std::uint32_t) noexcept override { return &image_; }
+
+  private:
+    LayeredDepthImage image_;
+};
+
+/// Turning around in the middle of a forest, one cell a tree or few.
+void placement_plan(benchmark::State& state) {
+    const BenchScene& scene = scene_of(state.range(0));
+    if (!scene.error.empty()) {
+        state.SkipWithError(scene.error.c_str());
+        return;
+    }
+    PlacementOptions options;
+    // A view through this lens has a fifth of the forest.
+    options.max_primitives = primitive_count(scene.tree.nodes[0]) / 8;
+    options.eyes = {{-8.0, 2.0, -8.0}, {8.0, 10.0, 8.0}};
+    options.first_grid = 2;
+    options.cell_depth = 24;
+    SerialExecutor executor;
+    const auto map = build_placement(scene.tree, options, executor);
+    if (!map) {
+        state.SkipWithError(map.error().message.c_str());
+        return;
+    }
+    OneLayeredImage images;
+    auto technique = ImagePlacement::create(scene.tree, *map, images);
+    if (!technique) {
+        state.SkipWithError(technique.error().message.c_str());
+        return;
+    }
+    const View like{.lens = options.lens, .width = options.width, .height = options.height};
+    std::vector<View> views;
+    for (int i = 0; i < 720; ++i) {
+        const double turn = 2.0 * std::numbers::pi * i / 720.0;
+        const glm::dvec3 eye(7.0 * std::cos(turn), 5.0, 7.0 * std::sin(turn));
+        views.push_back(level_view(yaw_frame(options.up), eye, turn, 0.0, like));
+    }
+    std::size_t frame = 0;
+    double drawn = 0.0;
+    double shown = 0.0;
+    while (state.KeepRunning()) {
+        benchmark::DoNotOptimize(technique->plan(views[frame], {}));
+        drawn += technique->statistics().cells;
+        shown += technique->statistics().samples > 0 ? 1.0 : 0.0;
+        frame = (frame + 1) % views.size();
+    }
+    using benchmark::Counter;
+    state.counters["cells"] = Counter(static_cast<double>(map->cells.size()));
+    state.counters["cells_drawn"] = Counter(drawn, Counter::kAvgIterations);
+    state.counters["images_shown"] = Counter(shown, Counter::kAvgIterations);
+}
+
+/// Cells anywhere before a camera, of which a half has to be replaced.
+void search_subset(benchmark::State& state) {
+    support::Random random(1);
+    std::vector<SeenCell> cells(static_cast<std::size_t>(state.range(0)));
+    SubsetTask task;
+    for (SeenCell& cell : cells) {
+        cell.near_depth = random.uniform(10.0, 1000.0);
+        const double half = 4.0 / cell.near_depth;
+        const double x = random.uniform(-0.8, 0.8);
+        const double y = random.uniform(-0.6, 0.6);
+        cell.left = x - half;
+        cell.right = x + half;
+        cell.bottom = y - half;
+        cell.top = y + half;
+        cell.primitives = 1 + random.below(1000);
+        task.total += cell.primitives;
+    }
+    task.cells = cells;
+    task.target = task.total / 2;
+    task.lens = {-0.8, 0.8, -0.6, 0.6, 0.1, 1e4};
+    task.width = 640;
+    task.height = 480;
+    task.model_extent = 1000.0;
+    task.lookahead = static_cast<std::uint32_t>(state.range(1));
+    double left = 0.0;
+    while (state.KeepRunning()) {
+        left = static_cast<double>(task.total - farfield::search_subset(task).primitives);
+    }
+    state.SetItemsProcessed(state.iterations() * state.range(0));
+    state.counters["left_of_target"] = benchmark::Counter(left / static_cast<double>(task.target));
+}
+
+/// Boxes all around an eye.
+void directions_of(benchmark::State& state) {
+    support::Random random(1);
+    std::vector<Box3d> boxes;
+    for (int i = 0; i < 1024; ++i) {
+        const glm::dvec3 middle = random.vector(-500.0, 500.0);
+        const glm::dvec3 half = random.vector(1.0, 20.0);
+        boxes.push_back({middle - half, middle + half});
+    }
+    PlacementOptions options;
+    options.max_pitch = static_cast<double>(state.range(0)) * 0.1;
+    const PlacementTask task{.options = options, .cells = {}, .frame = yaw_frame(options.up)};
+    while (state.KeepRunning()) {
+        for (const Box3d& box : boxes) {
+            benchmark::DoNotOptimize(farfield::directions_of(task, box.lo, box.hi));
+        }
+    }
+    state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(boxes.size()));
+}
+
 constexpr std::int64_t kIsland = 0;
 
 BENCHMARK(culled_geometry)
@@ -285,5 +405,15 @@ BENCHMARK(image_cache_first_frame)
     ->ArgNames({"objects", "error_px"})
     ->ArgsProduct({{kIsland, 16'384, 262'144}, {2}})
     ->Unit(benchmark::kMicrosecond);
+BENCHMARK(placement_plan)
+    ->ArgNames({"objects"})
+    ->RangeMultiplier(4)
+    ->Range(512, 32'768)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK(search_subset)
+    ->ArgNames({"cells", "lookahead"})
+    ->ArgsProduct({{512, 4096, 32'768}, {1, 2, 3}})
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(directions_of)->ArgNames({"pitch_tenths"})->Arg(0)->Arg(5)->Unit(benchmark::kMicrosecond);
 
 } // namespace
