@@ -187,8 +187,8 @@ class SitePlacer {
         const auto index = static_cast<std::uint32_t>(placed.images.size());
         add_image(central, subset, placed);
         const double remaining = static_cast<double>(all_[view] - subset.primitives);
-        const auto target = static_cast<double>(*options.target_primitives);
-        placed.miss += std::abs(remaining - target) / target;
+        const auto target = static_cast<double>(search.target);
+        placed.miss += std::abs(remaining - target) / std::max(target, 1.0);
 
         for (const std::uint32_t cell : subset.cells) {
             without_[cells_[cell]] = true;

@@ -115,8 +115,8 @@ struct PlacementMap {
         std::uint32_t level = 0; ///< deepest of the sites
         std::uint64_t worst = 0; ///< primitives of the worst view, <= max_primitives
         std::uint64_t worst_before = 0; ///< the same without images
-        /// Mean over images of |left - target| / target, where left is what the view that an image
-        /// was made for still renders.
+        /// Mean over images of |left - sought| / sought: what the view that an image was made for
+        /// still renders, and the target, or the least that can be left where that is more.
         double miss = 0.0;
     } quality;
 };
