@@ -1,35 +1,28 @@
-#include "core/digest.hpp"
+#include "io/binary.hpp"
 #include "io/file.hpp"
 #include <farfield/io/color_cube_file.hpp>
 
-#include <algorithm>
-#include <array>
-#include <bit>
 #include <cstddef>
-#include <cstring>
-#include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 #include <vector>
-#include <zstd.h>
 
 namespace farfield::io {
 namespace {
 
-constexpr std::string_view kMagic = "\x89"
-                                    "FFC\r\n\x1a\n";
-constexpr std::uint32_t kByteOrder = 0x01020304;
-constexpr std::uint32_t kOtherByteOrder = 0x04030201;
-constexpr std::uint32_t kVersion = 2;
+constexpr Signature kSignature = {
+    "\x89"
+    "FFC\r\n\x1a\n",
+    2,
+    "file of colour cubes"};
 constexpr std::size_t kHeaderBytes = 48;
 constexpr std::size_t kChecksumAt = kHeaderBytes - 8;
 /// More than any machine holds, and far from what overflows.
 constexpr std::uint64_t kMaxFileBytes = 1ULL << 44U;
-constexpr bool kLittleEndian = std::endian::native == std::endian::little;
+/// Of zstd: its default.
+constexpr int kLevel = 3;
 
 // Elements are copied as they lie in memory, so they must have no gaps.
 static_assert(
@@ -37,54 +30,6 @@ static_assert(
     sizeof(LevelFactors) == 24
 );
 static_assert(sizeof(CubePrimitives) == 12 && sizeof(ItemId) == 4 && sizeof(CubeReference) == 64);
-
-template <typename T>
-concept Plain = std::is_trivially_copyable_v<T>;
-
-void append(std::string& bytes, const Plain auto& value) {
-    bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
-}
-
-template <Plain T>
-void append(std::string& bytes, const std::vector<T>& array) {
-    if (!array.empty()) {
-        bytes.append(reinterpret_cast<const char*>(array.data()), array.size() * sizeof(T));
-    }
-}
-
-/// Takes numbers and arrays from the front of bytes; never more than there are.
-class Reader {
-  public:
-    explicit Reader(std::string_view bytes) noexcept : rest_(bytes) {}
-
-    /// False, and nothing taken, where less is left.
-    [[nodiscard]] bool take(Plain auto& value) noexcept {
-        if (rest_.size() < sizeof(value)) {
-            return false;
-        }
-        std::memcpy(&value, rest_.data(), sizeof(value));
-        rest_.remove_prefix(sizeof(value));
-        return true;
-    }
-
-    template <Plain T>
-    [[nodiscard]] bool take(std::vector<T>& array, std::uint64_t count) {
-        if (rest_.size() / sizeof(T) < count) {
-            return false;
-        }
-        array.resize(count);
-        if (count > 0) {
-            std::memcpy(array.data(), rest_.data(), count * sizeof(T));
-            rest_.remove_prefix(count * sizeof(T));
-        }
-        return true;
-    }
-
-    [[nodiscard]] std::size_t left() const noexcept { return rest_.size(); }
-
-  private:
-    std::string_view rest_;
-};
 
 /// Numbers of the elements of a tree, as they are stored.
 struct Counts {
@@ -137,7 +82,7 @@ std::string content_of(const ColorCubeModel& model) {
     return bytes;
 }
 
-bool take_tree(Reader& reader, ColorCubeTree& tree) {
+bool take_tree(ByteReader& reader, ColorCubeTree& tree) {
     Counts counts;
     return reader.take(tree.lo) && reader.take(tree.edge) && reader.take(tree.bounds) &&
            reader.take(tree.light_sets) && reader.take(tree.reference_count) &&
@@ -153,7 +98,7 @@ bool take_tree(Reader& reader, ColorCubeTree& tree) {
 
 /// @return what is wrong with the content, or nothing
 std::optional<std::string> take_content(std::string_view content, ColorCubeModel& model) {
-    Reader reader(content);
+    ByteReader reader(content);
     std::uint32_t trees = 0;
     std::uint64_t references = 0;
     if (!reader.take(model.origin) || !reader.take(model.item_count) || !reader.take(trees) ||
@@ -172,41 +117,6 @@ std::optional<std::string> take_content(std::string_view content, ColorCubeModel
     return std::nullopt;
 }
 
-std::uint64_t checksum(std::string_view packed, std::string_view header) noexcept {
-    Digest digest;
-    digest.add(std::as_bytes(std::span(packed)));
-    digest.add(std::as_bytes(std::span(header)));
-    return digest.value();
-}
-
-/// Packs content and fills it up to what `kMaxColorCubeRatio` asks for.
-Result<std::string> packed(const std::string& content) {
-    struct Free {
-        void operator()(ZSTD_CCtx* context) const noexcept { ZSTD_freeCCtx(context); }
-    };
-    const std::unique_ptr<ZSTD_CCtx, Free> context(ZSTD_createCCtx());
-    if (!context) {
-        return fail(ErrorCode::out_of_memory, "no memory for zstd");
-    }
-    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
-    std::string bytes(ZSTD_compressBound(content.size()), '\0');
-    const std::size_t size =
-        ZSTD_compress2(context.get(), bytes.data(), bytes.size(), content.data(), content.size());
-    if (ZSTD_isError(size) != 0U) {
-        return fail(ErrorCode::out_of_memory, std::string("zstd: ") + ZSTD_getErrorName(size));
-    }
-    bytes.resize(size);
-    if (content.size() / kMaxColorCubeRatio >= size) {
-        // A frame that zstd skips, of at least one byte after its own header.
-        const auto filling =
-            static_cast<std::uint32_t>(content.size() / kMaxColorCubeRatio - size + 1);
-        append(bytes, std::uint32_t{ZSTD_MAGIC_SKIPPABLE_START});
-        append(bytes, filling);
-        bytes.append(filling, '\0');
-    }
-    return bytes;
-}
-
 /// What is in front of the content.
 struct Header {
     std::uint64_t scene_key = 0;
@@ -218,35 +128,20 @@ Result<Header> read_header(std::string_view bytes, const std::string& name) {
     const auto bad = [&name](std::string what) {
         return fail(ErrorCode::bad_data, name + ' ' + std::move(what));
     };
-    if (bytes.substr(0, kMagic.size()) != kMagic) {
-        return bad("is no file of colour cubes");
+    Result<ByteReader> reader = after_signature(bytes, kSignature, name);
+    if (!reader) {
+        return tl::unexpected(reader.error());
     }
-    Reader reader(bytes.substr(kMagic.size()));
-    std::uint32_t byte_order = 0;
-    std::uint32_t version = 0;
     std::uint64_t packed_bytes = 0;
     std::uint64_t sum = 0;
     Header header;
-    if (!reader.take(byte_order) || !reader.take(version) || !reader.take(header.scene_key) ||
-        !reader.take(header.content_bytes) || !reader.take(packed_bytes) || !reader.take(sum)) {
+    if (!reader->take(header.scene_key) || !reader->take(header.content_bytes) ||
+        !reader->take(packed_bytes) || !reader->take(sum)) {
         return bad("ends in its header, after " + std::to_string(bytes.size()) + " bytes");
     }
-    if (byte_order == kOtherByteOrder) {
-        return fail(ErrorCode::unsupported, name + " has the other byte order");
-    }
-    if (byte_order != kByteOrder) {
-        return bad("has a damaged header: its byte order is " + std::to_string(byte_order));
-    }
-    if (version != kVersion) {
-        return fail(
-            ErrorCode::unsupported,
-            name + " has version " + std::to_string(version) + " of the format, expected " +
-                std::to_string(kVersion)
-        );
-    }
-    if (packed_bytes != reader.left()) {
+    if (packed_bytes != reader->left()) {
         return bad(
-            "has " + std::to_string(reader.left()) + " bytes of content, its header says " +
+            "has " + std::to_string(reader->left()) + " bytes of content, its header says " +
             std::to_string(packed_bytes)
         );
     }
@@ -265,8 +160,8 @@ Result<Header> read_header(std::string_view bytes, const std::string& name) {
 Result<ColorCubeModel>
 read(const std::filesystem::path& path, std::optional<std::uint64_t> expected_key) {
     const std::string name = path.string();
-    if (!kLittleEndian) {
-        return fail(ErrorCode::unsupported, name + ": no colour cubes on big-endian machines");
+    if (const Result<void> readable = check_byte_order(kSignature, name); !readable) {
+        return tl::unexpected(readable.error());
     }
     const Result<Bytes> bytes = read_file(path, kMaxFileBytes);
     if (!bytes) {
@@ -283,22 +178,13 @@ read(const std::filesystem::path& path, std::optional<std::uint64_t> expected_ke
                 ", expected " + std::to_string(*expected_key)
         );
     }
-    std::string content(header->content_bytes, '\0');
-    const std::size_t size = ZSTD_decompress(
-        content.data(), content.size(), bytes->data() + kHeaderBytes, bytes->size() - kHeaderBytes
-    );
-    if (ZSTD_isError(size) != 0U) {
-        return fail(ErrorCode::bad_data, name + " cannot be unpacked: " + ZSTD_getErrorName(size));
-    }
-    if (size != content.size()) {
-        return fail(
-            ErrorCode::bad_data,
-            name + " has " + std::to_string(size) + " bytes of content, its header says " +
-                std::to_string(content.size())
-        );
+    const Result<std::string> content =
+        unpack(std::string_view(*bytes).substr(kHeaderBytes), header->content_bytes, name);
+    if (!content) {
+        return tl::unexpected(content.error());
     }
     ColorCubeModel model;
-    if (const std::optional<std::string> wrong = take_content(content, model)) {
+    if (const std::optional<std::string> wrong = take_content(*content, model)) {
         return fail(ErrorCode::bad_data, name + ": its content " + *wrong);
     }
     if (const Result<void> valid = validate(model); !valid) {
@@ -313,22 +199,21 @@ Result<void> write_color_cubes(
     const std::filesystem::path& path, const ColorCubeModel& model, std::uint64_t scene_key
 ) {
     const std::string name = path.string();
-    if (!kLittleEndian) {
-        return fail(ErrorCode::unsupported, name + ": no colour cubes on big-endian machines");
+    if (Result<void> writable = check_byte_order(kSignature, name); !writable) {
+        return writable;
     }
     if (const Result<void> valid = validate(model); !valid) {
         return fail(valid.error().code, name + " is not written: " + valid.error().message);
     }
     std::string content = content_of(model);
     const std::uint64_t content_bytes = content.size();
-    const Result<std::string> rest = packed(content);
+    const Result<std::string> rest = pack(content, kMaxColorCubeRatio, kLevel);
     content = {};
     if (!rest) {
         return fail(rest.error().code, name + " is not written: " + rest.error().message);
     }
-    std::string bytes(kMagic);
-    append(bytes, kByteOrder);
-    append(bytes, kVersion);
+    std::string bytes;
+    append(bytes, kSignature);
     append(bytes, scene_key);
     append(bytes, content_bytes);
     append(bytes, std::uint64_t{rest->size()});
