@@ -68,6 +68,10 @@ Result<Bytes> InputFile::read(std::uint64_t offset, std::uint64_t count) const {
 OutputFile::OutputFile(std::filesystem::path path, std::string part, OpenFile file) noexcept
     : path_(std::move(path)), part_(std::move(part)), file_(std::move(file)) {}
 
+OutputFile::OutputFile(OutputFile&& other) noexcept
+    : path_(std::move(other.path_)), part_(std::exchange(other.part_, {})),
+      file_(std::move(other.file_)) {}
+
 OutputFile::~OutputFile() {
     if (!part_.empty()) {
         std::error_code ignored;

@@ -45,7 +45,7 @@ class OutputFile {
   public:
     [[nodiscard]] static Result<OutputFile> create(const std::filesystem::path& path);
 
-    OutputFile(OutputFile&& other) noexcept = default;
+    OutputFile(OutputFile&& other) noexcept;
     OutputFile& operator=(OutputFile&& other) = delete;
     OutputFile(const OutputFile&) = delete;
     OutputFile& operator=(const OutputFile&) = delete;

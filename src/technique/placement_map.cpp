@@ -149,12 +149,42 @@ Result<void> check_image(const PlacementMap& map, std::size_t index) {
     return {};
 }
 
+/// What views are found by.
+Result<void> check_options(const PlacementOptions& options) {
+    if (!options.target_primitives) {
+        return bad("target_primitives is not filled in");
+    }
+    if (!is_finite(options.eyes) || is_empty(options.eyes)) {
+        return bad("the box of eyes is empty or not finite");
+    }
+    const double up = glm::length(options.up);
+    if (!(up > 0.0) || !std::isfinite(up)) {
+        return bad("up has a length of " + std::to_string(up));
+    }
+    if (!(options.max_pitch >= 0.0) || !std::isfinite(options.max_pitch)) {
+        return bad("max_pitch is " + std::to_string(options.max_pitch) + " rad");
+    }
+    View screen;
+    screen.lens = options.lens;
+    screen.width = options.width;
+    screen.height = options.height;
+    if (Result<void> valid = validate(screen); !valid) {
+        return bad(valid.error().message);
+    }
+    return {};
+}
+
 Result<void> check_nodes(const PlacementMap& map) {
-    const std::uint64_t roots =
-        std::uint64_t{map.grid[0]} * std::uint64_t{map.grid[1]} * std::uint64_t{map.grid[2]};
+    std::uint64_t roots = 1;
+    for (const std::uint32_t side : map.grid) {
+        // One side at a time, so that no product overflows.
+        roots = roots <= map.nodes.size() ? roots * side : roots;
+    }
     if (roots == 0 || roots > map.nodes.size()) {
         return bad(
-            std::to_string(roots) + " roots of " + std::to_string(map.nodes.size()) + " nodes"
+            "a grid of " + std::to_string(map.grid[0]) + " x " + std::to_string(map.grid[1]) +
+            " x " + std::to_string(map.grid[2]) + " roots has " + std::to_string(map.nodes.size()) +
+            " nodes"
         );
     }
     for (int axis = 0; axis < 3; ++axis) {
@@ -175,6 +205,38 @@ Result<void> check_nodes(const PlacementMap& map) {
                 "node " + std::to_string(i) + " has child " + std::to_string(node.first_child) +
                 " and site " + std::to_string(node.site)
             );
+        }
+    }
+    return {};
+}
+
+/// There is something, and its cells are those of its digest.
+Result<void> check_model(const PlacementMap& map) {
+    if (map.cells.empty() || map.sites.empty() || map.ranges.empty()) {
+        return bad("no cells, sites or ranges");
+    }
+    if (map.model_digest != model_digest(map.cells)) {
+        return bad("cells are not those that images were placed for");
+    }
+    return {};
+}
+
+/// Options, sites and images, over cells that are right.
+Result<void> check_placement(const PlacementMap& map) {
+    if (Result<void> valid = check_options(map.options); !valid) {
+        return valid;
+    }
+    if (Result<void> valid = check_nodes(map); !valid) {
+        return valid;
+    }
+    for (std::size_t i = 0; i < map.sites.size(); ++i) {
+        if (Result<void> valid = check_site(map, i); !valid) {
+            return valid;
+        }
+    }
+    for (std::size_t i = 0; i < map.images.size(); ++i) {
+        if (Result<void> valid = check_image(map, i); !valid) {
+            return valid;
         }
     }
     return {};
@@ -297,30 +359,24 @@ std::uint64_t model_digest(const std::vector<PlacementCell>& cells) noexcept {
     return digest.value();
 }
 
-Result<void> validate(const PlacementMap& map, const Hierarchy& hierarchy) {
-    if (map.cells.empty() || map.sites.empty() || map.ranges.empty()) {
-        return bad("no cells, sites or ranges");
+Result<void> validate(const PlacementMap& map) {
+    if (Result<void> valid = check_model(map); !valid) {
+        return valid;
     }
-    if (map.model_digest != model_digest(map.cells) || map.origin != hierarchy.origin) {
+    return check_placement(map);
+}
+
+Result<void> validate(const PlacementMap& map, const Hierarchy& hierarchy) {
+    if (Result<void> valid = check_model(map); !valid) {
+        return valid;
+    }
+    if (map.origin != hierarchy.origin) {
         return bad("cells are not those that images were placed for");
     }
     if (Result<void> valid = check_cells(map, hierarchy); !valid) {
         return valid;
     }
-    if (Result<void> valid = check_nodes(map); !valid) {
-        return valid;
-    }
-    for (std::size_t i = 0; i < map.sites.size(); ++i) {
-        if (Result<void> valid = check_site(map, i); !valid) {
-            return valid;
-        }
-    }
-    for (std::size_t i = 0; i < map.images.size(); ++i) {
-        if (Result<void> valid = check_image(map, i); !valid) {
-            return valid;
-        }
-    }
-    return {};
+    return check_placement(map);
 }
 
 } // namespace farfield

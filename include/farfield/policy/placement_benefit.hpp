@@ -18,6 +18,8 @@ struct PlacementWeights {
     T benefit = T(0.6); ///< of the image
     T size = T(0.1);    ///< within the benefit: of an image that is small on the screen
     T depth = T(0.9);   ///< within the benefit: of an image that is far away
+
+    friend bool operator==(const PlacementWeights&, const PlacementWeights&) = default;
 };
 
 /// A candidate for an image.

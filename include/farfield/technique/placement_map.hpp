@@ -47,6 +47,8 @@ struct PlacementOptions {
     double clearance = 1.0;
     std::uint32_t lookahead = 2; ///< steps that the search for a subset looks ahead. [1, 4]
     PlacementWeights<double> weights;
+
+    friend bool operator==(const PlacementOptions&, const PlacementOptions&) = default;
 };
 
 /// A part of the model that is drawn or replaced as a whole.
@@ -54,6 +56,8 @@ struct PlacementCell {
     std::uint32_t node = 0; ///< of the hierarchy
     Box3f box;              ///< around all that it draws, relative to the origin
     std::uint64_t primitives = 0;
+
+    friend bool operator==(const PlacementCell&, const PlacementCell&) = default;
 };
 
 /// An image that replaces cells for the eyes of a site.
@@ -67,6 +71,8 @@ struct PlacedImage {
     std::uint64_t primitives = 0; ///< replaced
     std::uint32_t first_cell = 0; ///< into `PlacementMap::replaced`
     std::uint32_t cell_count = 0;
+
+    friend bool operator==(const PlacedImage&, const PlacedImage&) = default;
 };
 
 /// View directions of one site that are served alike: from `yaw` on, to the next range.
@@ -74,6 +80,8 @@ struct PlacementRange {
     double yaw = 0.0;                 ///< [rad] [-pi, pi), ascending in a site; the first is -pi
     std::uint32_t image = UINT32_MAX; ///< into `PlacementMap::images`; none: all is drawn
     std::uint64_t primitives = 0;     ///< rendered at most
+
+    friend bool operator==(const PlacementRange&, const PlacementRange&) = default;
 };
 
 /// A box of eyes that share images.
@@ -82,6 +90,8 @@ struct PlacementSite {
     std::uint32_t level = 0;
     std::uint32_t first_range = 0; ///< into `PlacementMap::ranges`
     std::uint32_t range_count = 0; ///< >= 1
+
+    friend bool operator==(const PlacementSite&, const PlacementSite&) = default;
 };
 
 /// Node of the octrees over sites.
@@ -91,6 +101,8 @@ struct PlacementNode {
     /// two, eight for three; a bit of their number for each, lower axes first, says which half.
     std::uint32_t axes = 0;
     std::uint32_t site = UINT32_MAX;
+
+    friend bool operator==(const PlacementNode&, const PlacementNode&) = default;
 };
 
 /// The plan of all images that keep every frame within a budget: which cells of a hierarchy an
@@ -118,7 +130,11 @@ struct PlacementMap {
         /// Mean over images of |left - sought| / sought: what the view that an image was made for
         /// still renders, and the target, or the least that can be left where that is more.
         double miss = 0.0;
+
+        friend bool operator==(const Quality&, const Quality&) = default;
     } quality;
+
+    friend bool operator==(const PlacementMap&, const PlacementMap&) = default;
 };
 
 /// Directions of views that turn about an axis: columns are right and forward at yaw 0, and up.
@@ -156,6 +172,10 @@ struct PlacedView {
 /// Finds what serves a view. @pre validate(view)
 /// @par Cost a step for every level of the site, and for every halving of its ranges
 [[nodiscard]] PlacedView find(const PlacementMap& map, const View& view) noexcept;
+
+/// Checks all that finding relies on, of the map alone: for maps from files.
+/// @return an error that names the site, range, image or option, the field and the value
+[[nodiscard]] Result<void> validate(const PlacementMap& map);
 
 /// Checks all that a technique relies on, and that the hierarchy is the one it was built over.
 /// @return an error that names the site, range or image, the field and the value
