@@ -1,6 +1,7 @@
 #include "support/random.hpp"
 #include "support/thread_executor.hpp"
 #include "technique/placement_world.hpp"
+#include <farfield/image/layered_depth_image.hpp>
 #include <farfield/partition/bsp.hpp>
 #include <farfield/technique/build_placement.hpp>
 
@@ -194,11 +195,11 @@ void check_images(const PlacementMap& map) {
         const double frame_y = options.height / (options.lens.top - options.lens.bottom);
         const double texels_x = image.view.width / (lens.right - lens.left);
         const double texels_y = image.view.height / (lens.top - lens.bottom);
-        REQUIRE(image.view.width <= 4096);
-        REQUIRE(image.view.height <= 4096);
-        if (image.view.width < 4096 && image.view.height < 4096) {
+        REQUIRE(image.view.width <= kMostLayeredTexels);
+        REQUIRE(image.view.height <= kMostLayeredTexels);
+        REQUIRE(texels_x / frame_x == Approx(texels_y / frame_y));
+        if (std::max(image.view.width, image.view.height) < kMostLayeredTexels) {
             REQUIRE(texels_x == Approx(frame_x * options.texels_per_pixel));
-            REQUIRE(texels_y == Approx(frame_y * options.texels_per_pixel));
         }
     }
 }
@@ -247,8 +248,8 @@ TEST_CASE("options are refused by name and value") {
     constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     struct Bad {
-        const char* name;
-        const char* value;
+        const char* name = "";
+        const char* value = "";
         std::function<void(PlacementOptions&)> spoil;
     };
     const std::vector<Bad> all = {
@@ -451,6 +452,19 @@ TEST_CASE("lenses may be off their axis and frames of any shape") {
     check_map(map, 4000, 6);
 }
 
+TEST_CASE("images that would have too many texels have larger ones") {
+    const PlacementWorld world = small_forest();
+    PlacementOptions options = forest_options();
+    options.width = 12'000;
+    options.height = 9'000;
+    const PlacementMap map = placed(world.forest.hierarchy, options);
+    check_map(map, 100, 17);
+    const auto is_limited = [](const PlacedImage& image) {
+        return std::max(image.view.width, image.view.height) == kMostLayeredTexels;
+    };
+    CHECK(std::any_of(map.images.begin(), map.images.end(), is_limited));
+}
+
 TEST_CASE("views turn about any axis") {
     const PlacementWorld world = small_forest();
     PlacementOptions options = forest_options();
@@ -603,7 +617,7 @@ TEST_CASE("a map that is damaged, or of another model, is refused") {
     REQUIRE(whole.images.size() > 1);
     REQUIRE(whole.images[0].cell_count > 1);
     struct Damage {
-        const char* says;
+        const char* says = "";
         std::function<void(PlacementMap&)> make;
     };
     const std::vector<Damage> all = {

@@ -361,7 +361,7 @@ TEST_CASE("what cannot work is refused by name and value") {
     const Placed placed(small_forest(), forest_options());
     const Hierarchy& tree = placed.world.forest.hierarchy;
     struct Bad {
-        const char* says;
+        const char* says = "";
         ImagePlacementOptions options;
     };
     for (const Bad& bad :
@@ -386,10 +386,10 @@ TEST_CASE("what cannot work is refused by name and value") {
 
 TEST_CASE("no view that is served renders more than its range says, and none lacks anything") {
     struct Case {
-        TreeKind kind;
-        double max_pitch;
-        std::uint64_t budget;
-        glm::dvec3 offset;
+        TreeKind kind = TreeKind::bsp;
+        double max_pitch = 0.0;
+        std::uint64_t budget = 0;
+        glm::dvec3 offset{0.0};
     };
     const std::array<Case, 6> cases = {
         {{TreeKind::bsp, 0.0, 900'000, {}},

@@ -1,5 +1,6 @@
 #include "support/random.hpp"
 #include "technique/placement_search.hpp"
+#include <farfield/policy/placement_benefit.hpp>
 
 #include <catch2/catch.hpp>
 
@@ -88,6 +89,26 @@ void check_subset(const SubsetTask& task, const Subset& subset) {
     for (std::size_t i = 0; i < cells.size(); ++i) {
         REQUIRE(is_in[i] == is_within(cells[i], borders));
     }
+}
+
+/// What an image of a subset is worth, by its own borders.
+double benefit_of(const SubsetTask& task, const Subset& subset) {
+    const std::vector<SeenCell> cells(task.cells.begin(), task.cells.end());
+    const Borders borders = borders_of(cells, subset.cells);
+    const Lens& lens = task.lens;
+    const auto part = [](double lo, double hi, double least, double most) {
+        return std::max(std::min(hi, most) - std::max(lo, least), 0.0) / (most - least);
+    };
+    Placement<double> placement;
+    placement.drawn = task.total - subset.primitives;
+    placement.total = task.total;
+    placement.image_width = task.width * part(borders.left, borders.right, lens.left, lens.right);
+    placement.image_height = task.height * part(borders.bottom, borders.top, lens.bottom, lens.top);
+    placement.screen_width = task.width;
+    placement.screen_height = task.height;
+    placement.depth = borders.near_depth;
+    placement.model_extent = task.model_extent;
+    return policy::placement_benefit(placement, task.weights).total;
 }
 
 /// Boxes of the world before a camera at 0, as tangents: large ones overlap many others.
@@ -292,11 +313,67 @@ TEST_CASE("weights say whether far or small images are better") {
 }
 
 TEST_CASE("what sticks out of the screen makes no image larger") {
-    // Of two stacks side by side the left one reaches far beyond the screen, so that less of it is
-    // seen than of the right one.
-    std::vector<SeenCell> cells(2);
-    cells[0] = {-9.0, -0.5, -0.25, 0.25, 10.0, 50};
-    cells[1] = {-0.5, 0.5, -0.25, 0.25, 10.0, 50};
-    const Subset subset = search_subset(task_of(cells, 100, 50));
-    CHECK(subset.cells == std::vector<std::uint32_t>{0});
+    // Of two cells side by side one reaches far beyond the screen, so that less of it is seen than
+    // of the other.
+    const SeenCell inner{-0.5, 0.5, -0.5, 0.5, 10.0, 50};
+    for (int side = 0; side < 4; ++side) {
+        SeenCell outer = inner;
+        switch (side) {
+        case 0:
+            outer.left = -9.0;
+            outer.right = -0.5;
+            break;
+        case 1:
+            outer.left = 0.5;
+            outer.right = 9.0;
+            break;
+        case 2:
+            outer.bottom = -9.0;
+            outer.top = -0.5;
+            break;
+        default:
+            outer.bottom = 0.5;
+            outer.top = 9.0;
+            break;
+        }
+        CAPTURE(side);
+        const std::vector<SeenCell> cells = {outer, inner};
+        SubsetTask task = task_of(cells, 100, 50);
+        task.lens = {-1.0, 1.0, -1.0, 1.0, 0.1, 1e4};
+        // The side that is measured here is the longer one.
+        task.width = side < 2 ? 4800 : 480;
+        task.height = side < 2 ? 480 : 4800;
+        CHECK(search_subset(task).cells == std::vector<std::uint32_t>{0});
+    }
+}
+
+TEST_CASE("of borders that are equally good the top moves before the bottom, right before left") {
+    const std::vector<SeenCell> beside = {
+        {-0.5, 0.0, -0.25, 0.25, 10.0, 50}, {0.0, 0.5, -0.25, 0.25, 10.0, 50}};
+    CHECK(search_subset(task_of(beside, 100, 50)).cells == std::vector<std::uint32_t>{0});
+    const std::vector<SeenCell> above = {
+        {-0.25, 0.25, -0.5, 0.0, 10.0, 50}, {-0.25, 0.25, 0.0, 0.5, 10.0, 50}};
+    CHECK(search_subset(task_of(above, 100, 50)).cells == std::vector<std::uint32_t>{0});
+}
+
+TEST_CASE("looking ahead finds better subsets on the whole") {
+    Random random(5);
+    std::size_t different = 0;
+    std::array<double, 3> benefit{};
+    for (int run = 0; run < 200; ++run) {
+        const std::vector<SeenCell> cells = random_cells(random, 60);
+        const std::uint64_t total = sum_of(cells);
+        SubsetTask task = task_of(cells, total, total / 2);
+        std::array<Subset, 3> subsets;
+        for (std::uint32_t steps = 1; steps <= 3; ++steps) {
+            task.lookahead = steps;
+            subsets[steps - 1] = search_subset(task);
+            benefit[steps - 1] += benefit_of(task, subsets[steps - 1]);
+        }
+        different += subsets[0].cells != subsets[1].cells ? 1U : 0U;
+    }
+    CAPTURE(benefit[0], benefit[1], benefit[2]);
+    CHECK(different > 3);
+    CHECK(benefit[1] > benefit[0]);
+    CHECK(benefit[2] > benefit[0]);
 }
