@@ -12,6 +12,7 @@
 #include <farfield/eval/image_errors.hpp>
 #include <farfield/eval/run_report.hpp>
 #include <farfield/gpu/plan_work.hpp>
+#include <farfield/io/placement_file.hpp>
 #include <farfield/io/png.hpp>
 #include <farfield/parallel/parallel_executor.hpp>
 #include <farfield/technique/build_placement.hpp>
@@ -30,6 +31,7 @@
 #include <numbers>
 #include <random>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -46,6 +48,7 @@ struct Options {
     int pictures = 0;
     std::uint32_t seed = 1;
     unsigned threads = 0;
+    std::string file; ///< of all images; empty: none is made
     std::string out = "placement";
 };
 
@@ -317,6 +320,91 @@ Result<void> compare_pictures(
     return {};
 }
 
+/// Stands for a scene and for how its images are made, in the file that they are kept in.
+std::uint64_t making_key(const PlacementMap& map, const Options& options) {
+    // FNV-1a.
+    std::uint64_t key = 14695981039346656037ULL;
+    const auto add = [&key](std::uint64_t word) {
+        for (unsigned byte = 0; byte < 8; ++byte) {
+            key = (key ^ ((word >> (8U * byte)) & 0xFFU)) * 1099511628211ULL;
+        }
+    };
+    for (const char letter : options.world.scene) {
+        add(static_cast<unsigned char>(letter));
+    }
+    add(map.model_digest);
+    add(options.setup.making.views);
+    return key;
+}
+
+/// Makes all images of a map and keeps them in a file; goes on where a run was cut off.
+Result<void>
+make_file(const run::World& world, const PlacementMap& map, const Options& options, Page& page) {
+    const auto start = std::chrono::steady_clock::now();
+    auto writer =
+        io::PlacementWriter::open(options.file, map, {.making_key = making_key(map, options)});
+    if (!writer) {
+        return tl::unexpected(std::move(writer).error());
+    }
+    run::Backends backends(world);
+    const auto backend = backends.make("embree", true);
+    if (!backend) {
+        return tl::unexpected(backend.error());
+    }
+    auto maker = LayeredImageMaker::create(
+        world.hierarchy, map, **backend, world.item_frames, options.setup.making
+    );
+    if (!maker) {
+        return tl::unexpected(std::move(maker).error());
+    }
+    const std::uint32_t images = writer->image_count();
+    std::uint32_t made = 0;
+    std::uint32_t found = 0;
+    double layers = 0.0;
+    double bytes = 0.0;
+    for (std::uint32_t image = 0; image < images; ++image) {
+        if (writer->has(image)) {
+            ++found;
+            continue;
+        }
+        auto built = maker->make(image);
+        if (!built) {
+            return tl::unexpected(std::move(built).error());
+        }
+        if (Result<void> added = writer->add(image, built->image); !added) {
+            return added;
+        }
+        ++made;
+        layers += built->quality.mean_layers;
+        bytes += static_cast<double>(memory_bytes(built->image));
+        run::print_progress(
+            "make images",
+            static_cast<int>(image + 1),
+            static_cast<int>(images),
+            seconds_since(start) / made * (images - image - 1)
+        );
+    }
+    if (Result<void> finished = writer->finish(); !finished) {
+        return finished;
+    }
+    std::error_code error;
+    const auto size = static_cast<double>(std::filesystem::file_size(options.file, error));
+    constexpr double kMib = 1024.0 * 1024.0;
+    page.line(
+        "%u images made in %.1f min, %u found; %.0f MiB in the file, %.2f an image, %.2f in "
+        "memory; "
+        "%.2f layers.\n",
+        made,
+        seconds_since(start) / 60.0,
+        found,
+        error ? 0.0 : size / kMib,
+        error ? 0.0 : size / kMib / images,
+        made > 0 ? bytes / made / kMib : 0.0,
+        made > 0 ? layers / made : 0.0
+    );
+    return {};
+}
+
 Result<void> place(CLI::App& app, const std::function<void()>& parse) {
     Options options;
     options.world.scene = "pipes";
@@ -329,6 +417,9 @@ Result<void> place(CLI::App& app, const std::function<void()>& parse) {
     app.add_option("--check", options.checks, "random views to count primitives of");
     app.add_option("--pictures", options.pictures, "random views with images to compare")
         ->check(CLI::Range(0, 100'000));
+    app.add_option(
+        "--file", options.file, "makes all images for the last budget and keeps them in this file"
+    );
     app.add_option("--check-seed", options.seed, "of random views");
     app.add_option("--threads", options.threads, "0: one for every core");
     app.add_option("--out", options.out, "folder for results");
@@ -398,6 +489,12 @@ Result<void> place(CLI::App& app, const std::function<void()>& parse) {
             100.0 * static_cast<double>(checked->with_image) / static_cast<double>(checked->views),
             checked->plan_us
         );
+        if (!options.file.empty() && budget == options.budgets.back()) {
+            page.line("");
+            if (Result<void> made = make_file(*world, *map, options, page); !made) {
+                return made;
+            }
+        }
         if (options.pictures > 0) {
             page.line("");
             if (Result<void> compared = compare_pictures(*world, *map, options, page); !compared) {

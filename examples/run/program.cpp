@@ -218,22 +218,31 @@ std::string frame_file(const std::string& out, const std::string& kind, int fram
     return (std::filesystem::path(out) / (kind + number)).string();
 }
 
-void print_progress(const std::string& name, int frame, int frames) {
+void print_progress(
+    const std::string& name, int frame, int frames, std::optional<double> seconds_left
+) {
     if (isatty(STDERR_FILENO) == 0) {
         return;
     }
     constexpr int kWidth = 30;
     const int filled = frame * kWidth / frames;
+    std::string left;
+    if (seconds_left) {
+        const auto seconds = static_cast<long>(*seconds_left);
+        left = ", " + (seconds < 120 ? std::to_string(seconds) + " s left  "
+                                     : std::to_string(seconds / 60) + " min left");
+    }
     std::fprintf(
         stderr,
-        "\r%-24s [%.*s%*s] %d/%d",
+        "\r%-24s [%.*s%*s] %d/%d%s",
         name.c_str(),
         filled,
         "##############################",
         kWidth - filled,
         "",
         frame,
-        frames
+        frames,
+        left.c_str()
     );
     if (frame == frames) {
         std::fprintf(stderr, "\n");

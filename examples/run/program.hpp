@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -64,8 +65,10 @@ void add_names(
 [[nodiscard]] std::string frame_file(const std::string& out, const std::string& kind, int frame);
 
 /// A bar on standard error that fills as the frames go; nothing where that is no terminal.
-/// @param name of what goes, before the bar
-void print_progress(const std::string& name, int frame, int frames);
+/// @param name of what goes, before the bar @param seconds_left as far as that is known
+void print_progress(
+    const std::string& name, int frame, int frames, std::optional<double> seconds_left = {}
+);
 
 /// Keeps memory that was freed. llvmpipe gives its own back after every frame and asks for it
 /// again; that would be timed.
