@@ -51,7 +51,7 @@ PlacementWorld make_cubes(const std::vector<Box3d>& boxes, std::uint64_t primiti
 bool lets_through(const View& view, const Box3d& box, double margin) noexcept {
     const glm::dmat3& axes = view.camera_to_world;
     const Lens& lens = view.lens;
-    std::array<double, 5> most;
+    std::array<double, 5> most{};
     most.fill(-std::numeric_limits<double>::infinity());
     for (unsigned i = 0; i < 8; ++i) {
         const glm::dvec3 at = corner(box, i) - view.eye;

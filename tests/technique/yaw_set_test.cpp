@@ -123,7 +123,7 @@ double inside_of(const PlacementTask& task, const Box3d& box, double yaw, double
     const View view = level_view(task.frame, glm::dvec3(0.0), yaw, pitch, {});
     const glm::dmat3& axes = view.camera_to_world;
     const Lens& lens = task.options.lens;
-    std::array<double, 5> most;
+    std::array<double, 5> most{};
     most.fill(-std::numeric_limits<double>::infinity());
     double longest = 0.0;
     for (unsigned i = 0; i < 8; ++i) {
