@@ -198,6 +198,8 @@ void check_images(const PlacementMap& map) {
         REQUIRE(image.view.width <= kMostLayeredTexels);
         REQUIRE(image.view.height <= kMostLayeredTexels);
         REQUIRE(texels_x / frame_x == Approx(texels_y / frame_y));
+        // Only those that would have too many have larger ones.
+        REQUIRE(texels_x <= frame_x * options.texels_per_pixel * (1.0 + 1e-9));
         if (std::max(image.view.width, image.view.height) < kMostLayeredTexels) {
             REQUIRE(texels_x == Approx(frame_x * options.texels_per_pixel));
         }

@@ -283,10 +283,10 @@ TEST_CASE("on a fine grid of three directions what is left is within a layer of 
         const SubsetTask task = task_of(cells, 40'960, target);
         const Subset subset = search_subset(task);
         check_subset(task, subset);
-        // The smallest of the layers at the borders of the subset does not fit: at most the square
-        // root of the third power of the cells that are left.
+        // The smallest of the layers at the borders of the subset does not fit: its cells are at
+        // most as many as those of a face of a cube of as many cells.
         const double left = static_cast<double>(40'960 - subset.primitives);
-        const auto replaced = static_cast<double>(subset.primitives / 10);
+        const double replaced = static_cast<double>(subset.primitives) / 10.0;
         const double layer = 10.0 * std::pow(replaced, 2.0 / 3.0);
         CAPTURE(target, left, layer);
         CHECK(left + layer > static_cast<double>(target));
