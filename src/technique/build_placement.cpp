@@ -293,12 +293,29 @@ Result<PlacementMap> build_placement(
     std::size_t placed_before = 0;
     for (std::uint32_t level = 0; !pending.empty(); ++level) {
         std::vector<SitePlacement> placed(pending.size());
+        std::vector<Box3d> smallest(pending.size());
+        std::vector<std::uint8_t> hopeless(pending.size(), 0);
         // In runs, so that who watches is told in between, on this thread.
         constexpr std::size_t kRun = 64;
         for (std::size_t first = 0; first < pending.size(); first += kRun) {
             const std::size_t count = std::min(kRun, pending.size() - first);
             executor.run(count, [&](std::size_t i) {
-                placed[first + i] = place_site(task, pending[first + i].eyes);
+                const Box3d& eyes = pending[first + i].eyes;
+                SitePlacement& site = placed[first + i];
+                site = place_site(task, eyes);
+                smallest[first + i] = eyes;
+                if (site.feasible || level == options.max_level) {
+                    return;
+                }
+                // Rather than after all levels it is told at once where no halving will help.
+                const glm::dvec3 middle = center(eyes);
+                const double share = std::ldexp(1.0, -static_cast<int>(options.max_level - level));
+                smallest[first + i] = {middle, middle + extent(eyes) * share};
+                SitePlacement last = place_site(task, smallest[first + i]);
+                if (!last.feasible) {
+                    site = std::move(last);
+                    hopeless[first + i] = 1;
+                }
             });
             if (progress) {
                 progress(placed_before + first + count, known);
@@ -309,15 +326,15 @@ Result<PlacementMap> build_placement(
         for (std::size_t i = 0; i < pending.size(); ++i) {
             if (placed[i].feasible) {
                 add_site(pending[i], level, placed[i], map);
-            } else if (level == options.max_level || longest_side(pending[i].eyes) == 0.0) {
+            } else if (level == options.max_level || hopeless[i] != 0 || longest_side(pending[i].eyes) == 0.0) {
                 return fail(
                     ErrorCode::unsupported,
-                    "placement: around " + text(center(pending[i].eyes)) + " m, looking at yaw " +
+                    "placement: around " + text(center(smallest[i])) + " m, looking at yaw " +
                         std::to_string(placed[i].yaw) + " rad, " +
                         std::to_string(placed[i].nearby) +
                         " primitives are too near for an image, " + "more than max_primitives of " +
                         std::to_string(options.max_primitives) + ", even for eyes in a box of " +
-                        std::to_string(longest_side(pending[i].eyes)) + " m (max_level " +
+                        std::to_string(longest_side(smallest[i])) + " m (max_level " +
                         std::to_string(options.max_level) + ")"
                 );
             } else {

@@ -397,7 +397,7 @@ TEST_CASE("too small a budget is an error that names place, direction and count"
     const Error error = refused(world.forest.hierarchy, options);
     CHECK(error.code == ErrorCode::unsupported);
     CAPTURE(error.message);
-    CHECK(says(error.message, "(1.5"));
+    CHECK(says(error.message, "(2.5"));
     CHECK(says(error.message, "yaw"));
     CHECK(says(error.message, "1234 primitives"));
     CHECK(says(error.message, "max_primitives of 1233"));
