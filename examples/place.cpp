@@ -55,6 +55,8 @@ struct Options {
 /// [px] What steps of places and depths displace a sample by, at most: half a diagonal of a
 /// sixteenth of a texel, seen twice as large as it was made, and less than as much again by depth.
 constexpr double kStepsPx = 0.1;
+/// Random views for each that is to show an image: where fewer do, there is nothing to compare.
+constexpr std::uint64_t kMostTries = 10'000;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -230,10 +232,22 @@ Result<void> compare_pictures(
         CoverageErrors coverage;
         std::uint64_t holes = 0;
         DisparitySeries series;
+        std::uint64_t tried = 0;
         for (int shown = 0; shown < options.pictures;) {
+            if (++tried > kMostTries * static_cast<std::uint64_t>(options.pictures)) {
+                return fail(
+                    ErrorCode::not_found,
+                    "only " + std::to_string(shown) + " of " + std::to_string(tried - 1) +
+                        " random views show an image at a budget of " +
+                        std::to_string(map.options.max_primitives) + " primitives, --pictures is " +
+                        std::to_string(options.pictures)
+                );
+            }
             const View view = random.next();
             const PlacedView found = find(map, view);
-            const std::uint32_t image = map.ranges[found.range].image;
+            const std::uint32_t image = found.refusal == PlacementRefusal::none
+                                            ? map.ranges[found.range].image
+                                            : UINT32_MAX;
             if (image == UINT32_MAX) {
                 continue;
             }
@@ -398,7 +412,7 @@ make_file(const run::World& world, const PlacementMap& map, const Options& optio
         seconds_since(start) / 60.0,
         found,
         error ? 0.0 : size / kMib,
-        error ? 0.0 : size / kMib / images,
+        error || images == 0 ? 0.0 : size / kMib / images,
         made > 0 ? bytes / made / kMib : 0.0,
         made > 0 ? layers / made : 0.0
     );

@@ -29,7 +29,7 @@ using PlacementProgress = std::function<void(std::size_t placed, std::size_t kno
 /// as what is left in view is within the target.
 ///
 /// The published grid has points instead, which eyes before them share; section 3.2. There an image
-/// is up to 2.8 spacings behind the eye, here half a diagonal.
+/// is made up to 2.8 spacings behind the eye, here at most half a diagonal from it.
 /// @param hierarchy any partition; an octree cuts cells of one size
 /// @param executor shares the work; the map does not depend on it
 /// @return an error that names the option and its value; `unsupported` where more than the budget
